@@ -1,0 +1,54 @@
+"""Continuous robot evolution: one robot becomes another, and its policy goes with it."""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+# Public name -> module that holds it. Nothing is imported before it is used: the package loads
+# without torch, GL or files.
+_PUBLIC = {
+    "Evolution": "revolver_lab.evolution.evolution",
+    "names": "revolver_lab.robots.registry",
+    "load": "revolver_lab.robots.registry",
+    "suite": "revolver_lab.envs.suite",
+    "make_vec_env": "revolver_lab.envs.vector",
+    "Policy": "revolver_lab.policies",
+    "load_expert": "revolver_lab.experts",
+    "train_expert": "revolver_lab.experts",
+    "Schedule": "revolver_lab.schedule",
+    "transfer": "revolver_lab.transfer",
+    "evaluate": "revolver_lab.evaluate",
+    "lab": "revolver_lab.lab",
+    "errors": "revolver_lab.errors",
+}
+_MODULES = {"suite", "lab", "errors"}
+__all__ = sorted(_PUBLIC)  # noqa: PLE0605 - the table above is the one list of public names
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first used."""
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'revolver_lab' has no attribute {name!r}; it has {__all__}")
+    module = importlib.import_module(_PUBLIC[name])
+    value = module if name in _MODULES else getattr(module, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """The public names, for completion in a notebook."""
+    return [*__all__, "__version__"]
+
+
+if TYPE_CHECKING:
+    from revolver_lab import errors, lab
+    from revolver_lab.envs import suite
+    from revolver_lab.envs.vector import make_vec_env
+    from revolver_lab.evaluate import evaluate
+    from revolver_lab.evolution.evolution import Evolution
+    from revolver_lab.experts import load_expert, train_expert
+    from revolver_lab.policies import Policy
+    from revolver_lab.robots.registry import load, names
+    from revolver_lab.schedule import Schedule
+    from revolver_lab.transfer import transfer

@@ -1,0 +1,1 @@
+"""Robots as points on a path: matching, theta, and E(alpha)."""

@@ -1,0 +1,258 @@
+"""E: [0, 1] -> robots, the continuous evolution of section 4.1."""
+
+import copy
+import functools
+import math
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from revolver_lab import _gl
+from revolver_lab.errors import AlphaError, ParameterError
+from revolver_lab.evolution import live
+from revolver_lab.evolution.cache import Cache
+from revolver_lab.evolution.canonical import LISTS, align, canonical, elements
+from revolver_lab.evolution.meshes import align_meshes
+from revolver_lab.evolution.ramps import RampSpec
+from revolver_lab.evolution.theta import read_theta
+
+try:
+    from revolver_lab.evolution.matching import Matching, match
+    from revolver_lab.evolution.padding import pad
+    from revolver_lab.evolution.reading import read_robot
+except ImportError:
+    from revolver_lab.evolution._identity import Matching, match, pad, read_robot
+
+if TYPE_CHECKING:
+    from dm_control.mujoco import Physics
+
+Robot = str | Path | mujoco.MjSpec
+
+# The paper caches a large number (e.g. 1,000) of robots and draws from them (appendix B).
+GRID = 1000
+CACHE_BYTES = 256 * 2**20
+
+
+class Evolution:
+    """A continuum of robots from a source, E(0), to a target, E(1).
+
+    Args:
+        source: MJCF or URDF, as a path, XML text or MjSpec.
+        target: The same for the target robot.
+        f: "linear", "smoothstep", a callable, or patterns over `theta_names` to any of these.
+        pins: Source names -> target names that the matching has to respect.
+        root: Body of the target to take as its root; by default the best one.
+        switch: alpha at which discrete differences switch: one for all, or by name.
+        unnamed: "refuse" bodies and joints without a name, or "number" them.
+        name: What to call this evolution in logs and cards.
+        cache_bytes: Bound on the memory of the cache of compiled robots.
+
+    Raises:
+        RobotFileError: If a robot cannot be read.
+        MatchingError: If the two cannot be put in correspondence.
+        ParameterError: If f is no path from 0 to 1, or discrete attributes differ.
+
+    Example:
+        >>> pole = "<mujoco><worldbody><body name='pole'><joint name='hinge' axis='0 1 0'/>"
+        >>> pole += "<geom name='rod' type='capsule' fromto='0 0 0 0 0 {}' size='.05'/>"
+        >>> pole += "</body></worldbody></mujoco>"
+        >>> evolve = Evolution(pole.format(1), pole.format(2))
+        >>> float(evolve.model(0.5).geom("rod").size[1])
+        0.75
+    """
+
+    def __init__(
+        self,
+        source: Robot,
+        target: Robot,
+        *,
+        f: RampSpec = "linear",
+        pins: Mapping[str, str] | None = None,
+        root: str | None = None,
+        switch: float | Mapping[str, float] | None = None,
+        unnamed: str = "refuse",
+        name: str | None = None,
+        cache_bytes: int = CACHE_BYTES,
+    ):
+        ours, theirs = (read_robot(robot, unnamed=unnamed) for robot in (source, target))
+        self.matching: Matching = match(ours, theirs, pins=pins, root=root)
+        padded = pad(ours, theirs, self.matching)
+        self.name = name or f"{ours.modelname or 'source'}-to-{theirs.modelname or 'target'}"
+        self._spec, there = canonical(padded.source), canonical(padded.target)
+        pairs = dict(padded.pairs) | {"option": [("world", "world")]}
+        align(self._spec, there, pairs)
+        pairs["mesh"] = align_meshes(self._spec, there, pairs)
+        self._theta = read_theta(self._spec, there, pairs, f=f, switch=switch)
+        self._found = {kind: elements(self._spec, kind) for kind in (*LISTS, "option")}
+        self._cache, self._lock = Cache(cache_bytes), threading.Lock()
+        self._varying: set[str] = set()
+
+    def __repr__(self) -> str:
+        changed = int(self._theta.changed().sum())
+        return f"Evolution({self.name!r}, {changed} of {len(self.theta_names)} parameters change)"
+
+    def __call__(self, alpha: float) -> "Physics":
+        """E(alpha) as a dm_control Physics of its own, at the model's reference pose.
+
+        Args:
+            alpha: Evolution parameter in [0, 1].
+
+        Raises:
+            AlphaError: If alpha is no number in [0, 1].
+        """
+        _gl.choose()  # before dm_control is imported, which settles the renderer
+        from dm_control.mujoco import Physics
+
+        return Physics.from_model(self.model(alpha))
+
+    def model(self, alpha: float) -> mujoco.MjModel:
+        """E(alpha), compiled; the caller owns it.
+
+        Example:
+            >>> import revolver_lab as rvl
+            >>> rvl.load("cheetah-front-leg").model(0.3).nbody
+            8
+        """
+        alpha = checked_alpha(alpha)
+        cached = self._cache.get(alpha)
+        if cached is None:
+            return self._compile(alpha)
+        model = copy.copy(self._base)
+        live.write(model, cached)
+        return model
+
+    def theta(self, alpha: float) -> np.ndarray:
+        """Kinematic parameters of E(alpha), (D,), in the units that `theta_names` gives.
+
+        Linear in f, and exact at both ends (equation 2). Orientations and axes are rotation
+        vectors from the source's, so that linear in theta is slerp in space.
+        """
+        return self._theta(checked_alpha(alpha))
+
+    @property
+    def theta_names(self) -> tuple[str, ...]:
+        """Names of the D coordinates of theta, with units: "geom/fshin/size[1] [m]"."""
+        return self._theta.names
+
+    @property
+    def theta_changed(self) -> np.ndarray:
+        """Which coordinates of theta differ between source and target, (D,) bool."""
+        return self._theta.changed()
+
+    def set_alpha(self, physics: "Physics", alpha: float) -> None:
+        """Move an existing Physics to E(alpha); its state and its GL context survive.
+
+        Args:
+            physics: What `evolve(...)` returned earlier.
+            alpha: Evolution parameter in [0, 1].
+        """
+        moved = self.write_model(physics.model.ptr, alpha)
+        if moved & _MESHES:
+            _upload_meshes(physics)
+        mujoco.mj_forward(physics.model.ptr, physics.data.ptr)
+
+    def write_model(self, model: mujoco.MjModel, alpha: float) -> set[str]:
+        """Move a bare MjModel of this evolution to E(alpha).
+
+        Args:
+            model: What `evolve.model(...)` returned earlier; its arrays are overwritten.
+            alpha: Evolution parameter in [0, 1].
+
+        Returns:
+            Names of the fields that were written.
+
+        Raises:
+            ParameterError: If the model is not of this evolution.
+        """
+        alpha = checked_alpha(alpha)
+        if model.signature != self._base.signature:
+            raise ParameterError(
+                "a model of another robot", f"a model of {self!r}", "Make it with evolve.model()."
+            )
+        arrays = self._cache.get(alpha)
+        if arrays is None:
+            self._compile(alpha)
+            arrays = self._cache.get(alpha) or {}
+        base = self._base_arrays
+        live.write(model, {name: arrays.get(name, base[name]) for name in self._varying})
+        return self._varying
+
+    def nearest(self, alpha: float) -> float:
+        """The nearest of the cache's grid of 1,001 robots (appendix B).
+
+        Example:
+            >>> import revolver_lab as rvl
+            >>> rvl.load("cheetah-front-leg").nearest(0.30004)
+            0.3
+        """
+        return round(checked_alpha(alpha) * GRID) / GRID
+
+    @property
+    def cache_nbytes(self) -> int:
+        """Memory that the cached robots take [bytes]."""
+        return self._cache.nbytes
+
+    @functools.cached_property
+    def _base(self) -> mujoco.MjModel:
+        """E(0), never handed out: the rest of the cache is stored as differences from it."""
+        with self._lock:
+            self._theta.write(0.0, self._spec, self._found)
+            return self._spec.compile()
+
+    @functools.cached_property
+    def _base_arrays(self) -> live.Arrays:
+        return live.read(self._base)
+
+    def _compile(self, alpha: float) -> mujoco.MjModel:
+        """Compile E(alpha) and remember what distinguishes it from E(0)."""
+        base = self._base_arrays
+        with self._lock:
+            self._theta.write(alpha, self._spec, self._found)
+            try:
+                model = self._spec.compile()
+            except ValueError as error:
+                raise ParameterError(
+                    f"E({alpha}), which MuJoCo refuses: {error}",
+                    "two robots between which every robot is legal",
+                    "Change the parameter it names, or give it a ramp of its own.",
+                ) from error
+        arrays = live.difference(model, base)
+        self._varying |= arrays.keys()
+        self._cache.put(alpha, arrays)
+        return model
+
+
+_MESHES = {"mesh_vert", "mesh_normal"}
+
+
+def checked_alpha(alpha: float) -> float:
+    """alpha as a float, if it is one in [0, 1].
+
+    Raises:
+        AlphaError: If it is not a number in [0, 1].
+
+    Example:
+        >>> checked_alpha(1)
+        1.0
+    """
+    try:
+        value = float(alpha)
+    except (TypeError, ValueError):
+        value = math.nan
+    if isinstance(alpha, str) or not 0.0 <= value <= 1.0:
+        raise AlphaError(f"alpha = {alpha!r}", "a number in [0, 1]", "Clip it before the call.")
+    return value
+
+
+def _upload_meshes(physics: "Physics") -> None:
+    """Send moved vertices to the GPU, if this Physics has ever drawn anything."""
+    contexts = physics._contexts  # None until the first frame; the property would create them
+    if contexts is None:
+        return
+    with contexts.gl.make_current() as current:
+        for mesh in range(physics.model.nmesh):
+            current.call(mujoco.mjr_uploadMesh, physics.model.ptr, contexts.mujoco.ptr, mesh)

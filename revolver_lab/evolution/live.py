@@ -1,0 +1,94 @@
+"""Moving a live model to another alpha: compiled arrays are copied in, geometry is never edited."""
+
+import functools
+
+import mujoco
+import numpy as np
+
+# Names and textures are the source's at every alpha; comparing them would only cost time.
+_CONSTANT = {"names", "names_map", "paths", "tex_data", "text_data"}
+# Scalars and small arrays that live in the model's structs instead of among its arrays.
+_STRUCTS = {
+    "opt": ("timestep", "gravity", "wind", "magnetic", "density", "viscosity", "impratio"),
+    "stat": ("center", "extent", "meaninertia", "meanmass", "meansize"),
+}
+_OPTION_SWITCHES = (
+    "integrator",
+    "cone",
+    "solver",
+    "jacobian",
+    "iterations",
+    "tolerance",
+    "ls_iterations",
+    "ls_tolerance",
+    "noslip_iterations",
+    "noslip_tolerance",
+    "disableflags",
+    "enableflags",
+    "disableactuator",
+)
+
+Arrays = dict[str, np.ndarray]
+
+
+@functools.cache
+def _array_names(model_type: type) -> tuple[str, ...]:
+    """Every array of an MjModel that can differ along a path."""
+    probe = mujoco.MjSpec().compile()
+    return tuple(
+        name
+        for name in model_type._all_fields  # the bindings' own list of every field
+        if name not in _CONSTANT and isinstance(getattr(probe, name), np.ndarray)
+    )
+
+
+def _struct_fields() -> list[tuple[str, str]]:
+    fields = [(struct, name) for struct, names in _STRUCTS.items() for name in names]
+    return fields + [("opt", name) for name in _OPTION_SWITCHES]
+
+
+def read(model: mujoco.MjModel) -> Arrays:
+    """Views of everything in a compiled model that can depend on alpha, by field name."""
+    arrays: Arrays = {name: getattr(model, name) for name in _array_names(type(model))}
+    for struct, name in _struct_fields():
+        arrays[f"{struct}.{name}"] = np.asarray(getattr(getattr(model, struct), name))
+    return arrays
+
+
+def difference(model: mujoco.MjModel, base: Arrays) -> Arrays:
+    """Copies of the arrays of a model that differ from the base's.
+
+    Args:
+        model: A compiled robot with the layout of the base.
+        base: What `read` gave for the base robot.
+
+    Returns:
+        Field name -> array; empty for the base itself.
+    """
+    return {
+        name: array.copy()
+        for name, array in read(model).items()
+        if not _identical(array, base[name])
+    }
+
+
+def _identical(a: np.ndarray, b: np.ndarray) -> bool:
+    """Bit for bit, so that not-a-number equals itself and 0 differs from -0."""
+    return a.shape == b.shape and a.tobytes() == b.tobytes()
+
+
+def write(model: mujoco.MjModel, fields: Arrays) -> None:
+    """Copy compiled arrays into a live model of the same layout.
+
+    Args:
+        model: The model to move; it keeps its identity, and with it any GL context.
+        fields: Field name -> array, of the shapes that the model has.
+    """
+    for name, array in fields.items():
+        struct, _, attribute = name.rpartition(".")
+        if not struct:
+            getattr(model, name)[...] = array
+        elif array.ndim:
+            getattr(getattr(model, struct), attribute)[...] = array
+        else:
+            setattr(getattr(model, struct), attribute, array.item())

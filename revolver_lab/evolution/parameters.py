@@ -1,0 +1,175 @@
+"""What a robot's theta consists of: every continuous attribute of every element, with its unit."""
+
+from dataclasses import dataclass
+
+# How an attribute moves along f: "linear" in its numbers; "rotation" and "direction" along the
+# shortest arc, with the rotation vector from the source as its coordinate in theta.
+LINEAR, ROTATION, DIRECTION = "linear", "rotation", "direction"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One continuous attribute of one kind of element.
+
+    Attributes:
+        attribute: Its name in MuJoCo's MjSpec.
+        unit: SI unit, "" where it has none; {q} stands for rad or m, by the joint's type.
+        how: LINEAR, ROTATION or DIRECTION.
+    """
+
+    attribute: str
+    unit: str = ""
+    how: str = LINEAR
+
+
+def _contact(friction: str = "friction") -> tuple[Parameter, ...]:
+    """Parameters of a contact, shared by geoms and explicit contact pairs."""
+    return (
+        Parameter(friction),
+        Parameter("margin", "m"),
+        Parameter("gap", "m"),
+        Parameter("solref"),
+        Parameter("solimp"),
+    )
+
+
+_LIMIT = (Parameter("solref_limit"), Parameter("solimp_limit"))
+_FRICTION = (Parameter("solref_friction"), Parameter("solimp_friction"))
+
+# Facts of MuJoCo 3.17's MjSpec; https://mujoco.readthedocs.io/en/stable/XMLreference.html
+CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
+    "body": (
+        Parameter("pos", "m"),
+        Parameter("quat", "rad", ROTATION),
+        Parameter("gravcomp"),
+        Parameter("mass", "kg"),
+        Parameter("ipos", "m"),
+        Parameter("iquat", "rad", ROTATION),
+        Parameter("inertia", "kg m^2"),
+    ),
+    "joint": (
+        Parameter("pos", "m"),
+        Parameter("axis", "rad", DIRECTION),
+        Parameter("range", "{q}"),
+        Parameter("ref", "{q}"),
+        Parameter("springref", "{q}"),
+        Parameter("stiffness"),
+        Parameter("damping"),
+        Parameter("springdamper"),
+        Parameter("frictionloss"),
+        Parameter("armature"),
+        Parameter("margin", "{q}"),
+        Parameter("actfrcrange"),
+        *_LIMIT,
+        *_FRICTION,
+    ),
+    "geom": (
+        Parameter("fromto", "m"),
+        Parameter("pos", "m"),
+        Parameter("quat", "rad", ROTATION),
+        Parameter("size", "m"),
+        Parameter("mass", "kg"),
+        Parameter("density", "kg/m^3"),
+        *_contact(),
+        Parameter("solmix"),
+        Parameter("fluid_coefs"),
+        Parameter("rgba"),
+    ),
+    "site": (
+        Parameter("fromto", "m"),
+        Parameter("pos", "m"),
+        Parameter("quat", "rad", ROTATION),
+        Parameter("size", "m"),
+        Parameter("rgba"),
+    ),
+    "mesh": (Parameter("scale"), Parameter("uservert", "m")),
+    "actuator": (
+        Parameter("gear"),
+        Parameter("gainprm"),
+        Parameter("biasprm"),
+        Parameter("dynprm"),
+        Parameter("ctrlrange"),
+        Parameter("forcerange"),
+        Parameter("actrange"),
+        Parameter("lengthrange"),
+        Parameter("inheritrange"),
+        Parameter("cranklength", "m"),
+        Parameter("damping"),
+        Parameter("armature"),
+    ),
+    "tendon": (
+        Parameter("range", "m"),
+        Parameter("springlength", "m"),
+        Parameter("stiffness"),
+        Parameter("damping"),
+        Parameter("frictionloss"),
+        Parameter("armature"),
+        Parameter("margin", "m"),
+        Parameter("width", "m"),
+        Parameter("actfrcrange"),
+        *_LIMIT,
+        *_FRICTION,
+    ),
+    "equality": (Parameter("data"), Parameter("solref"), Parameter("solimp")),
+    "pair": (*_contact(), Parameter("solreffriction")),
+    "camera": (
+        Parameter("pos", "m"),
+        Parameter("quat", "rad", ROTATION),
+        Parameter("fovy", "deg"),
+    ),
+    "light": (Parameter("pos", "m"), Parameter("dir", "rad", DIRECTION)),
+    "key": (
+        Parameter("qpos"),
+        Parameter("qvel"),
+        Parameter("act"),
+        Parameter("ctrl"),
+        Parameter("mpos", "m"),
+    ),
+    "option": (
+        Parameter("timestep", "s"),
+        Parameter("gravity", "m/s^2"),
+        Parameter("wind", "m/s"),
+        Parameter("magnetic"),
+        Parameter("density", "kg/m^3"),
+        Parameter("viscosity", "Pa s"),
+        Parameter("impratio"),
+    ),
+}
+
+# What has no in-between. A difference is refused, or switched at an alpha that the user names.
+# Group and material are not here: they only choose how a robot is drawn, and stay the source's.
+DISCRETE: dict[str, tuple[str, ...]] = {
+    "body": ("mocap",),
+    "joint": ("type", "limited", "actfrclimited", "actgravcomp"),
+    "geom": ("type", "contype", "conaffinity", "condim", "priority", "fluid_ellipsoid"),
+    "site": ("type",),
+    "mesh": ("inertia",),
+    "actuator": (
+        "trntype",
+        "dyntype",
+        "gaintype",
+        "biastype",
+        "ctrllimited",
+        "forcelimited",
+        "actlimited",
+        "actearly",
+    ),
+    "tendon": ("limited", "actfrclimited"),
+    "equality": ("type", "active"),
+    "pair": ("condim",),
+    "option": (
+        "integrator",
+        "cone",
+        "solver",
+        "jacobian",
+        "iterations",
+        "tolerance",
+        "ls_iterations",
+        "ls_tolerance",
+        "noslip_iterations",
+        "noslip_tolerance",
+        "disableflags",
+        "enableflags",
+        "disableactuator",
+    ),
+}
