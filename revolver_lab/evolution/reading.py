@@ -1,0 +1,205 @@
+"""Reads a robot from MJCF or URDF into an MjSpec in which everything has a name."""
+
+import difflib
+from pathlib import Path
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+
+from revolver_lab.errors import ParameterError, RobotFileError
+from revolver_lab.evolution.naming import name_everything
+from revolver_lab.evolution.screening import Screened, inside, screen
+
+_MESHES = (".stl", ".obj", ".msh")
+_REMEDIES = {
+    "repeated name": "Give every element of a kind a name of its own.",
+    "Error opening file": "Put the file where the robot expects it.",
+    "mjMINVAL": "Give the body a geom with a mass, or an <inertial>.",
+    "Schema violation": "Check the spelling against MuJoCo's XML reference.",
+}
+
+
+def read_robot(
+    source: str | Path | mujoco.MjSpec, *, unnamed: str = "refuse"
+) -> mujoco.MjSpec:
+    """Read a robot and refuse whatever could not evolve.
+
+    A URDF keeps its fixed links as bodies, and its visuals unless their files are of a kind that
+    MuJoCo does not read (.dae), in which case all visuals are left out; mesh paths are relative
+    to the file. A path may only lead to files in the robot's folder, XML text to none at all;
+    an MjSpec is trusted with the files that it names.
+
+    Args:
+        source: Path of an MJCF or URDF file, its XML text, or an MjSpec, which is left as it was.
+        unnamed: "refuse" bodies and joints without a name, or "number" them. Geoms, sites,
+            actuators, free joints and the like are always named, after their body or joint.
+
+    Returns:
+        A private copy in which every element has a name.
+
+    Raises:
+        RobotFileError: If the file is missing, malformed, hostile or does not compile.
+        ParameterError: If a mass, density or inertia is negative.
+
+    Example:
+        >>> box = "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>"
+        >>> [geom.name for geom in read_robot(box).geoms]
+        ['world_geom']
+    """
+    if unnamed not in ("refuse", "number"):
+        raise RobotFileError(f"unnamed={unnamed!r}", '"refuse" or "number"', "Choose one.")
+    if isinstance(source, mujoco.MjSpec):
+        spec, where = source.copy(), f"the MjSpec {source.modelname!r}"
+    elif isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
+        spec, where = _from_text(source), "the XML text"
+    elif isinstance(source, str | Path):
+        spec, where = _from_path(source), repr(str(source))
+    else:
+        raise RobotFileError(
+            f"a {type(source).__name__}", "a path, XML text or an MjSpec", "Pass one of these."
+        )
+    _check_elements(spec, where)
+    name_everything(spec, where, unnamed)
+    _check_numbers(_compiled(spec, where), where)
+    return spec
+
+
+def _from_text(text: str) -> mujoco.MjSpec:
+    """Read XML text that names no files, or only package:// ones to be refused."""
+    where = "the XML text"
+    data = text.lstrip("\ufeff \t\r\n").encode()
+    found = screen(data, where)
+    for name in found.includes + found.files + found.visuals:
+        raise RobotFileError(
+            f"{where} names the file {name!r}",
+            "text that stands alone",
+            "Save the text next to its files and pass the path.",
+        )
+    return _parse(data.decode(), found, where, Path.cwd())
+
+
+def _from_path(path: str | Path) -> mujoco.MjSpec:
+    """Read a file, after everything that it includes or names has been looked at."""
+    path, where = Path(path), repr(str(path))
+    data = _read(path, where)
+    folder = path.parent.resolve()
+    found = screen(data, where)
+    _follow_includes(found, folder, where)
+    for base in ["", *found.folders]:
+        inside(folder, base, where)
+        for name in found.files + found.visuals:
+            inside(folder, str(Path(base) / name), where)
+    if found.kind == "robot":
+        return _parse(data.decode(), found, where, folder)
+    try:
+        return mujoco.MjSpec.from_file(str(path))
+    except (ValueError, mujoco.FatalError) as error:
+        raise _refusal(error, where) from error
+
+
+def _read(path: Path, where: str) -> bytes:
+    """The bytes of a file that must exist."""
+    try:
+        if path.is_file():
+            return path.read_bytes()
+        here = sorted(entry.name for entry in path.parent.iterdir())
+    except (OSError, ValueError) as error:
+        raise RobotFileError(
+            f"{where[:200]} cannot be read ({error})", "a readable file", "Check the path."
+        ) from error
+    near = difflib.get_close_matches(path.name, here, n=3) or here[:3]
+    raise RobotFileError(
+        f"{where} is not a file", "the path of an MJCF or URDF file",
+        f"Check the path; its folder holds {', '.join(near) or 'nothing'}.",
+    )  # fmt: skip
+
+
+def _follow_includes(found: Screened, folder: Path, where: str) -> None:
+    """Screen every included file and add what it names to `found`."""
+    seen: set[Path] = set()
+    waiting = list(found.includes)
+    while waiting:
+        path = inside(folder, waiting.pop(), where)
+        if path in seen:
+            continue
+        seen.add(path)
+        more = screen(_read(path, repr(str(path))), repr(str(path)))
+        waiting += more.includes
+        found.files += more.files
+        found.folders += more.folders
+
+
+def _parse(text: str, found: Screened, where: str, folder: Path) -> mujoco.MjSpec:
+    """Let MuJoCo parse a screened text whose files are relative to a folder."""
+    if found.kind == "robot":
+        text = _with_compiler_settings(text, found)
+    try:
+        spec = mujoco.MjSpec.from_string(text)
+    except (ValueError, mujoco.FatalError) as error:
+        raise _refusal(error, where) from error
+    spec.modelfiledir = str(folder)
+    return spec
+
+
+def _with_compiler_settings(text: str, found: Screened) -> str:
+    """A URDF's text with MuJoCo's URDF settings spelled out where it does not set them itself."""
+    root = ElementTree.fromstring(text)
+    extension = root.find("mujoco")
+    if extension is None:
+        extension = ElementTree.SubElement(root, "mujoco")
+    compiler = extension.find("compiler")
+    if compiler is None:
+        compiler = ElementTree.SubElement(extension, "compiler")
+    readable = all(Path(name).suffix.lower() in _MESHES for name in found.visuals)
+    settings = {"fusestatic": "false", "strippath": "false"}
+    settings["discardvisual"] = "false" if readable else "true"
+    for name, value in settings.items():
+        compiler.set(name, compiler.get(name, value))
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _refusal(error: Exception, where: str) -> RobotFileError:
+    """MuJoCo's complaint, with what to do about it."""
+    message = " ".join(str(error).split())
+    remedy = next((r for key, r in _REMEDIES.items() if key in message), "Mend it at that place.")
+    return RobotFileError(f"{where}: MuJoCo says: {message}", "a robot that compiles", remedy)
+
+
+def _check_elements(spec: mujoco.MjSpec, where: str) -> None:
+    """Refuse what has no counterpart in a tree of bodies, and negative masses."""
+    found = {"plugin": spec.plugins, "flex": spec.flexes, "skin": spec.skins}
+    for kind, elements in found.items():
+        if len(elements):
+            raise RobotFileError(
+                f"{where} has a {kind}", "rigid bodies with joints", f"Remove the {kind}."
+            )
+    for element in [*spec.bodies, *spec.geoms]:
+        density = getattr(element, "density", 0.0)
+        if element.mass < 0 or density < 0 or np.min(getattr(element, "inertia", 0.0)) < 0:
+            raise ParameterError(
+                f"{where} has {element.name or 'an element'!r} of mass {element.mass:g} and "
+                f"density {density:g}", "a mass, density or inertia >= 0", "Make it positive.",
+            )  # fmt: skip
+
+
+def _compiled(spec: mujoco.MjSpec, where: str) -> mujoco.MjModel:
+    """Compile the robot as it will be compiled later, so that it fails here if it has to."""
+    try:
+        return spec.compile()
+    except (ValueError, mujoco.FatalError) as error:
+        raise _refusal(error, where) from error
+
+
+def _check_numbers(model: mujoco.MjModel, where: str) -> None:
+    """Refuse a robot whose frames, masses or joints are not finite numbers."""
+    names = ["qpos0", "dof_armature", "dof_damping", "jnt_stiffness"]
+    names += [n for n in dir(model) if n.startswith("body_") or n.endswith(("_pos", "_quat"))]
+    for name in names:
+        values = np.asarray(getattr(model, name))
+        if values.dtype.kind == "f" and not np.isfinite(values).all():
+            raise RobotFileError(
+                f"{where} compiles to {name} with a number that is not finite",
+                "finite numbers",
+                f"Look for the element that sets {name}.",
+            )
