@@ -129,10 +129,12 @@ def _fold_joint(joint: object, model: mujoco.MjModel) -> None:
     """Write a joint in its body, in radians, with its spring's constants spelled out."""
     j = joint
     j.pos, j.axis = _folded(j.frame, j.pos), _folded(j.frame, j.axis, rotate_only=True)  # type: ignore
+    limited = bool(model.jnt_limited[j.id])  # type: ignore[attr-defined]
     if j.compiler.degree and j.type in _ANGULAR:  # type: ignore[attr-defined]
-        for attribute in ("range", "ref", "springref"):
+        # MuJoCo leaves the range of an unlimited joint as it was written.
+        for attribute in ("range", "ref", "springref") if limited else ("ref", "springref"):
             setattr(j, attribute, np.array(getattr(j, attribute)) * _RADIANS_PER_DEGREE)
-    j.limited = int(model.jnt_limited[j.id])  # type: ignore[attr-defined]
+    j.limited = int(limited)  # type: ignore[attr-defined]
     j.actfrclimited = int(model.jnt_actfrclimited[j.id])  # type: ignore[attr-defined]
 
 

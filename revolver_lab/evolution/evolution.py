@@ -105,9 +105,9 @@ class Evolution:
             AlphaError: If alpha is no number in [0, 1].
         """
         _gl.choose()  # before dm_control is imported, which settles the renderer
-        from dm_control.mujoco import Physics
+        from dm_control.mujoco import Physics, wrapper
 
-        return Physics.from_model(self.model(alpha))
+        return Physics.from_model(wrapper.MjModel(self.model(alpha)))
 
     def model(self, alpha: float) -> mujoco.MjModel:
         """E(alpha), compiled; the caller owns it.
