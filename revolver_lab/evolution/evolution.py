@@ -121,7 +121,7 @@ class Evolution:
         cached = self._cache.get(alpha)
         if cached is None:
             return self._compile(alpha)
-        model = copy.copy(self._base)
+        model = copy.copy(self._base.model)
         live.write(model, cached)
         return model
 
@@ -169,7 +169,7 @@ class Evolution:
             ParameterError: If the model is not of this evolution.
         """
         alpha = checked_alpha(alpha)
-        if model.signature != self._base.signature:
+        if model.signature != self._base.model.signature:
             raise ParameterError(
                 "a model of another robot", f"a model of {self!r}", "Make it with evolve.model()."
             )
@@ -177,7 +177,7 @@ class Evolution:
         if arrays is None:
             self._compile(alpha)
             arrays = self._cache.get(alpha) or {}
-        base = self._base_arrays
+        base = self._base.arrays
         live.write(model, {name: arrays.get(name, base[name]) for name in self._varying})
         return self._varying
 
@@ -197,19 +197,14 @@ class Evolution:
         return self._cache.nbytes
 
     @functools.cached_property
-    def _base(self) -> mujoco.MjModel:
-        """E(0), never handed out: the rest of the cache is stored as differences from it."""
+    def _base(self) -> live.Base:
         with self._lock:
             self._theta.write(0.0, self._spec, self._found)
-            return self._spec.compile()
-
-    @functools.cached_property
-    def _base_arrays(self) -> live.Arrays:
-        return live.read(self._base)
+            return live.Base(self._spec.compile())
 
     def _compile(self, alpha: float) -> mujoco.MjModel:
         """Compile E(alpha) and remember what distinguishes it from E(0)."""
-        base = self._base_arrays
+        base = self._base
         with self._lock:
             self._theta.write(alpha, self._spec, self._found)
             try:
@@ -220,7 +215,7 @@ class Evolution:
                     "two robots between which every robot is legal",
                     "Change the parameter it names, or give it a ramp of its own.",
                 ) from error
-        arrays = live.difference(model, base)
+        arrays = base.difference(model)
         self._varying |= arrays.keys()
         self._cache.put(alpha, arrays)
         return model

@@ -32,12 +32,12 @@ Arrays = dict[str, np.ndarray]
 
 
 @functools.cache
-def _array_names(model_type: type) -> tuple[str, ...]:
+def _array_names() -> tuple[str, ...]:
     """Every array of an MjModel that can differ along a path."""
     probe = mujoco.MjSpec().compile()
     return tuple(
         name
-        for name in model_type._all_fields  # the bindings' own list of every field
+        for name in mujoco.MjModel._all_fields  # the bindings' own list of every field
         if name not in _CONSTANT and isinstance(getattr(probe, name), np.ndarray)
     )
 
@@ -49,32 +49,45 @@ def _struct_fields() -> list[tuple[str, str]]:
 
 def read(model: mujoco.MjModel) -> Arrays:
     """Views of everything in a compiled model that can depend on alpha, by field name."""
-    arrays: Arrays = {name: getattr(model, name) for name in _array_names(type(model))}
+    arrays: Arrays = {name: getattr(model, name) for name in _array_names()}
     for struct, name in _struct_fields():
         arrays[f"{struct}.{name}"] = np.asarray(getattr(getattr(model, struct), name))
     return arrays
 
 
-def difference(model: mujoco.MjModel, base: Arrays) -> Arrays:
-    """Copies of the arrays of a model that differ from the base's.
+class Base:
+    """E(0), as what every other robot of the path is compared with and stored against.
 
     Args:
-        model: A compiled robot with the layout of the base.
-        base: What `read` gave for the base robot.
-
-    Returns:
-        Field name -> array; empty for the base itself.
+        model: E(0), compiled; kept, and never to be written.
     """
-    return {
-        name: array.copy()
-        for name, array in read(model).items()
-        if not _identical(array, base[name])
-    }
 
+    def __init__(self, model: mujoco.MjModel):
+        self.model = model
+        self.arrays = {name: array for name, array in read(model).items() if array.size}
+        self._bytes = {name: array.tobytes() for name, array in self.arrays.items()}
+        self._plain = [name for name in self.arrays if "." not in name]
+        self._struct = [name.split(".") for name in self.arrays if "." in name]
 
-def _identical(a: np.ndarray, b: np.ndarray) -> bool:
-    """Bit for bit, so that not-a-number equals itself and 0 differs from -0."""
-    return a.shape == b.shape and a.tobytes() == b.tobytes()
+    def difference(self, model: mujoco.MjModel) -> Arrays:
+        """Copies of the arrays of a model that differ from E(0)'s in any bit.
+
+        Args:
+            model: A compiled robot with the layout of E(0).
+
+        Returns:
+            Field name -> array; empty for E(0) itself.
+        """
+        found: Arrays = {}
+        for name in self._plain:
+            array = getattr(model, name)
+            if array.tobytes() != self._bytes[name]:
+                found[name] = array.copy()
+        for struct, field in self._struct:
+            array = np.array(getattr(getattr(model, struct), field))
+            if array.tobytes() != self._bytes[f"{struct}.{field}"]:
+                found[f"{struct}.{field}"] = array
+        return found
 
 
 def write(model: mujoco.MjModel, fields: Arrays) -> None:

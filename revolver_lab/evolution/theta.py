@@ -55,16 +55,18 @@ class Block:
         """Whether source and target agree to the last bit."""
         return np.array_equal(self.source, self.target, equal_nan=True)
 
-    def value(self, theta: np.ndarray, end: int | None) -> np.ndarray:
-        """The attribute for this block's part of theta; at an end (0 or 1), exactly that end's."""
-        if end is not None or self.same():
-            return self.target if end == 1 else self.source
+    def value(self, theta: np.ndarray, f: np.ndarray) -> np.ndarray:
+        """The attribute for this block's part of theta and of f; exact where f is 0 or 1."""
+        if self.parameter.how == LINEAR:
+            # What is not finite means "not given" in MJCF, and is equal on both sides.
+            return np.where(np.isfinite(self.source), theta, self.source)
+        if f[0] == 0.0:
+            return self.source
+        if f[0] == 1.0:
+            return self.target
         if self.parameter.how == ROTATION:
             return rotations.turned_frame(self.source, theta)
-        if self.parameter.how == DIRECTION:
-            return rotations.turned_axis(self.source, theta)
-        # What is not finite means "not given" in MJCF, and is equal on both sides.
-        return np.where(np.isfinite(self.source), theta, self.source)
+        return rotations.turned_axis(self.source, theta)
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,12 @@ class Theta:
 
     def __call__(self, alpha: float) -> np.ndarray:
         """theta(alpha), (D,); exact at both ends (section 4.1, equation 2)."""
-        f = self.ramps(alpha)[self._groups]  # type: ignore[attr-defined]
+        return self._at(self._f(alpha))
+
+    def _f(self, alpha: float) -> np.ndarray:
+        return self.ramps(alpha)[self._groups]  # type: ignore[attr-defined]
+
+    def _at(self, f: np.ndarray) -> np.ndarray:
         theta = (1.0 - f) * self.source + f * self.target
         return np.where(self._same, self.source, theta)  # type: ignore[attr-defined]
 
@@ -121,13 +128,11 @@ class Theta:
             spec: The padded source robot; only attributes that change are touched.
             found: Its elements, as kind -> name -> element.
         """
-        f = self.ramps(alpha)[self._groups]  # type: ignore[attr-defined]
-        theta = self(alpha)
+        f = self._f(alpha)
+        theta = self._at(f)
         for block, where in self._moving:  # type: ignore[attr-defined]
-            at = f[where]
-            end = 0 if (at == 0.0).all() else 1 if (at == 1.0).all() else None
             kind, name = block.element
-            value = block.value(theta[where], end)
+            value = block.value(theta[where], f[where])
             setattr(found[kind][name], block.parameter.attribute, _as_written(value))
         for kind, name, attribute, old, new, at in self.switches:
             setattr(found[kind][name], attribute, new if alpha >= at else old)
