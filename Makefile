@@ -1,0 +1,41 @@
+# Two commands: `make demo` and `make test`. Both set up what they need; later runs skip what is done.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+export OMP_NUM_THREADS ?= 1
+
+.PHONY: help demo test test-slow lab bench check fix clean
+.DEFAULT_GOAL := help
+
+help:  ## this list
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+$(VENV)/ready-train: pyproject.toml bootstrap.sh
+	PYTHON=$(PYTHON) VENV=$(VENV) sh bootstrap.sh train
+
+$(VENV)/ready-dev: pyproject.toml bootstrap.sh
+	PYTHON=$(PYTHON) VENV=$(VENV) sh bootstrap.sh train,lab,dev
+
+demo: $(VENV)/ready-train  ## an expert fails on a changed robot; Algorithm 1 carries it there, with a film
+	$(BIN)/python -m revolver_lab.demo
+
+test: $(VENV)/ready-dev  ## every claim of the package, in minutes
+	$(BIN)/python -m pytest -q -n 2 --dist worksteal
+
+test-slow: $(VENV)/ready-dev  ## the claims that take longer
+	$(BIN)/python -m pytest -q -m slow
+
+lab: $(VENV)/ready-dev  ## JupyterLab
+	$(BIN)/jupyter lab notebooks
+
+bench: $(VENV)/ready-dev  ## every speed, as a ratio in one run, to out/benchmarks.json
+	$(BIN)/python -m benchmarks
+
+check: $(VENV)/ready-dev  ## format, lint, types
+	$(BIN)/ruff format --check . && $(BIN)/ruff check . && $(BIN)/pyright
+
+fix: $(VENV)/ready-dev  ## format and mend what can be mended
+	$(BIN)/ruff format . && $(BIN)/ruff check --fix .
+
+clean:  ## remove the virtual environment and everything written by runs
+	rm -rf $(VENV) out build *.egg-info
