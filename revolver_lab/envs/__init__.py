@@ -1,0 +1,1 @@
+"""Environments: one task, three doors (gymnasium, dm_env, vector), all of the same arithmetic."""

@@ -1,0 +1,166 @@
+"""What the three doors share: resolving names, scaling actions, judging a step, random streams."""
+
+import enum
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import mujoco
+import numpy as np
+
+from revolver_lab.errors import SettingsError
+from revolver_lab.robots import registry
+from revolver_lab.tasks.base import State, Task
+
+if TYPE_CHECKING:
+    from revolver_lab.evolution.evolution import Evolution
+
+DrawAlpha = Callable[[int, np.random.Generator], float]
+"""Draws the alpha of an episode: (simulation, its stream) -> alpha in [0, 1]."""
+
+HUGE = mujoco.mjMAXVAL
+"""Magnitude at which MuJoCo calls a number bad (1e10)."""
+
+
+class Stage:
+    """A robot on its way into an environment: the evolution, its task, a camera."""
+
+    def __init__(self, robot: "str | Evolution", task: "str | Task | None" = None):
+        """Resolve names.
+
+        Args:
+            robot: A registered name, or any ``Evolution``.
+            task: A reward of the registered robot ("sparse", "dense"; by default its first), or
+                a ``Task``, which an ``Evolution`` that is not registered needs.
+
+        Raises:
+            UnknownNameError: If there is no such robot or reward.
+            SettingsError: If an unregistered evolution comes without a ``Task``.
+        """
+        name = robot if isinstance(robot, str) else robot.name
+        record = registry.get(name) if isinstance(robot, str) or name in registry.RECORDS else None
+        if record is None and not isinstance(task, Task):
+            raise SettingsError(
+                f"task = {task!r} for {name!r}, which is not registered",
+                "a Task",
+                "Pass task=SpeedTrap() or a Task of your own.",
+            )
+        self.evolve = registry.load(robot) if isinstance(robot, str) else robot
+        self.task = task if isinstance(task, Task) else record.make_task(task)  # type: ignore[union-attr]
+        self.camera = record.camera if record else -1
+
+
+class Purpose(enum.IntEnum):
+    """What a random stream is for."""
+
+    START = 0
+    ALPHA = 1
+
+
+def stream(seed: int, simulation: int, purpose: Purpose) -> np.random.Generator:
+    """Return the random stream with this name; it does not depend on how many there are.
+
+    Args:
+        seed: Seed of the environment, >= 0.
+        simulation: Index of the simulation within it.
+        purpose: What will be drawn.
+
+    Example:
+        >>> bool(stream(1, 2, Purpose.START).random() == stream(1, 2, Purpose.START).random())
+        True
+    """
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(simulation, int(purpose))))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Controls:
+    """The way from an action in [-1, 1] to a control within its range.
+
+    Attributes:
+        low: Lower ends of the control ranges, (nu,).
+        high: Upper ends, (nu,).
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel) -> "Controls":
+        """Read the ranges of a robot; an actuator without one gets [-1, 1]."""
+        limited = model.actuator_ctrllimited.astype(bool)[:, None]
+        low, high = np.where(limited, model.actuator_ctrlrange, [-1.0, 1.0]).T
+        return cls(low=low.copy(), high=high.copy())
+
+    def __call__(self, actions: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+        """Return low + (clip(a, -1, 1) + 1) (high - low) / 2, float64.
+
+        Args:
+            actions: In [-1, 1]; what is outside is clipped, NaN is passed on (and diverges).
+            shape: The shape that the actions must have, (..., nu).
+
+        Raises:
+            SettingsError: If they have another.
+
+        Example:
+            >>> to_ctrl = Controls(low=np.array([0.0]), high=np.array([4.0]))
+            >>> to_ctrl(np.array([[-1.0], [0.5], [9.0]]), (3, 1)).ravel()
+            array([0., 3., 4.])
+        """
+        given = np.asarray(actions, dtype=np.float64)
+        if given.shape != shape:
+            raise SettingsError(
+                f"actions of shape {given.shape}", f"shape {shape}", "Give one number per motor."
+            )
+        unit = np.clip(given, -1.0, 1.0)
+        return self.low + (unit + 1.0) * (0.5 * (self.high - self.low))
+
+
+class Outcome(NamedTuple):
+    """What a step came to, for n robots.
+
+    Attributes:
+        observation: (n, O) float32, always finite.
+        reward: (n,) float64, never shaped, always finite.
+        terminated: (n,) bool; a diverged robot's episode is terminated.
+        diverged: (n,) bool.
+    """
+
+    observation: np.ndarray
+    reward: np.ndarray
+    terminated: np.ndarray
+    diverged: np.ndarray
+
+
+def judge(
+    task: Task, robot: State, before: np.ndarray | None, suspect: np.ndarray, last: np.ndarray
+) -> Outcome:
+    """Observe and reward the robots after a step, and catch those whose simulation diverged.
+
+    A robot has diverged if MuJoCo warned or failed, or if anything of its observation or reward
+    is not finite or beyond 1e10. It is shown where it last was, and gets nothing for the step.
+
+    Args:
+        task: The task, bound.
+        robot: The robots after the step.
+        before: What ``task.remember`` returned before it.
+        suspect: Which simulations MuJoCo warned about in this step, (n,) bool.
+        last: The observations before the step, (n, O) float32.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        observation = task.observe(robot)
+        reward = task.reward(robot, before)
+        sane = (np.abs(observation) < HUGE).all(axis=1) & (np.abs(reward) < HUGE)
+        terminated = task.terminated(robot)
+        diverged = suspect | ~sane
+        seen = observation.astype(np.float32)
+    if diverged.any():
+        seen[diverged] = last[diverged]
+        reward = np.where(diverged, 0.0, reward)
+    return Outcome(seen, reward, terminated | diverged, diverged)
+
+
+def first_look(task: Task, robot: State) -> np.ndarray:
+    """Observe robots that have just started, (n, O) float32; what is not finite is shown as 0."""
+    observation = task.observe(robot)
+    sane = np.abs(observation) < HUGE
+    return np.where(sane, observation, 0.0).astype(np.float32)
