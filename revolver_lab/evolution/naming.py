@@ -58,9 +58,7 @@ def _around(body: mujoco.MjsBody) -> str:
     return f"body {body.parent.name!r}" if body.parent is not None else "the world"
 
 
-def _name(
-    element: object, group: object, stem: str, place: str, where: str, unnamed: str
-) -> None:
+def _name(element: object, group: object, stem: str, place: str, where: str, unnamed: str) -> None:
     """Name one body or joint, or refuse it."""
     if element.name:  # type: ignore[attr-defined]
         return

@@ -20,9 +20,7 @@ _REMEDIES = {
 }
 
 
-def read_robot(
-    source: str | Path | mujoco.MjSpec, *, unnamed: str = "refuse"
-) -> mujoco.MjSpec:
+def read_robot(source: str | Path | mujoco.MjSpec, *, unnamed: str = "refuse") -> mujoco.MjSpec:
     """Read a robot and refuse whatever could not evolve.
 
     A URDF keeps its fixed links as bodies, and its visuals unless their files are of a kind that

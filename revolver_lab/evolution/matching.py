@@ -1,0 +1,257 @@
+"""Finds what corresponds in two robots, so that the fewest bodies, joints and actuators appear."""
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import mujoco
+
+from revolver_lab.errors import MatchingError
+from revolver_lab.evolution.skeleton import Skeleton
+from revolver_lab.evolution.trees import IMPOSSIBLE, Correspondence, Matcher
+from revolver_lab.evolution.twins import Names, match_elements
+
+_MAX_BODIES = 400
+
+
+@dataclass(frozen=True, kw_only=True)
+class Matching:
+    """What corresponds in two robots; None where an element has to be created.
+
+    Each kind holds pairs (name in source, name in target). `str(matching)` shows the two trees
+    side by side.
+
+    Attributes:
+        bodies: Without the world.
+        joints: Joints.
+        actuators: Actuators.
+        geoms: Geoms; of the world's, only those that both robots have.
+        sites: Sites.
+        tendons: Tendons.
+        equalities: Equality constraints.
+        sensors: Sensors.
+        pairs: Explicit contact pairs.
+        excludes: Excluded contacts.
+        meshes: Meshes of paired geoms.
+        source_root: Body at which a floating source is rooted as the target is; "" if fixed.
+        target_root: The same of the target.
+        created: Bodies, joints and actuators created on either side.
+        source_levels: For the source's tree in drawing order, (body, parent, depth).
+        target_levels: The same of the target.
+    """
+
+    bodies: Names
+    joints: Names
+    actuators: Names
+    geoms: Names
+    sites: Names
+    tendons: Names
+    equalities: Names
+    sensors: Names
+    pairs: Names
+    excludes: Names
+    meshes: Names
+    source_root: str
+    target_root: str
+    created: int
+    source_levels: tuple[tuple[str, str, int], ...]
+    target_levels: tuple[tuple[str, str, int], ...]
+
+    def __str__(self) -> str:
+        """Both trees side by side, with what has to be created marked by a plus."""
+        return "\n".join(self._lines())
+
+    def _lines(self) -> list[str]:
+        """One line for each body: in the source, in the target, and its joints."""
+        rows = self._rows()
+        width = max((len(left) for left, _ in rows), default=0) + 3
+        head = f"{'source':<{width}}target   (+ is created; {self.created} nodes in all)"
+        joints = [f"+ joint {a or b} in the {'target' if a else 'source'}"
+                  for a, b in self.joints if a is None or b is None]  # fmt: skip
+        actuators = [f"+ actuator {a or b} in the {'target' if a else 'source'}"
+                     for a, b in self.actuators if a is None or b is None]  # fmt: skip
+        roots = []
+        if self.target_root and self.target_levels[0][0] != self.target_root:
+            roots = [f"rooted alike at {self.source_root} and {self.target_root}"]
+        body = [f"{left:<{width}}{right}" for left, right in rows]
+        return [head, *body, *roots, *joints, *actuators]
+
+    def _rows(self) -> list[tuple[str, str]]:
+        """Indented names: the source's tree, then what only the target has."""
+        twin, back = dict(self.bodies), {t: s for s, t in self.bodies if t is not None}
+        rows = []
+        for body, _, depth in self.source_levels:
+            other = twin.get(body)
+            rows.append(("  " * depth + body, "  " * depth + (other or f"+{body}")))
+        for body, _, depth in self.target_levels:
+            if back.get(body) is None:
+                rows.append(("  " * depth + f"+{body}", "  " * depth + body))
+        return rows
+
+
+def match(
+    source: mujoco.MjSpec,
+    target: mujoco.MjSpec,
+    *,
+    pins: Mapping[str, str] | None = None,
+    root: str | tuple[str | None, str | None] | None = None,
+) -> Matching:
+    """Find the correspondence that creates the fewest bodies, joints and actuators.
+
+    Bodies correspond from the roots down, joints of one type within corresponding bodies, and
+    actuators that drive corresponding things; this is the morphology matching of section 4.1.
+    The root of a floating robot may be any of its bodies. Between equally cheap correspondences,
+    the files' own roots are kept, then equal names win, then likeness of place, axis and words.
+    What a tendon drives is matched afterwards and does not count in the choice.
+
+    Args:
+        source: A robot from `read_robot`.
+        target: Another.
+        pins: Names that must correspond, of two bodies or of two joints, source to target.
+        root: Body at which both floating robots are rooted, one name or (source's, target's).
+
+    Returns:
+        The correspondence.
+
+    Raises:
+        MatchingError: If one robot floats and the other is welded to the world, or a pin or root
+            names nothing or cannot be.
+    """
+    skeletons = Skeleton(source), Skeleton(target)
+    _check_bases(skeletons)
+    bodies, joints = _pinned(skeletons, dict(pins or {}))
+    matcher = Matcher(
+        skeletons[0].tree, skeletons[1].tree, bodies, joints, _pinned_root(skeletons, root)
+    )
+    found = matcher.solve()
+    if found.created >= IMPOSSIBLE:
+        raise MatchingError(
+            f"pins={dict(pins or {})!r}, root={root!r}",
+            "pins whose parents correspond too, of one type, one partner each",
+            "Pin the bodies above them, choose another root, or leave a pin out.",
+        )
+    _check_floating_twins(skeletons, found)
+    return _named(skeletons, found)
+
+
+def _check_bases(skeletons: tuple[Skeleton, Skeleton]) -> None:
+    """Refuse a floating robot against a welded one, and robots too large to search."""
+    floats = [bool(skeleton.tree.free) for skeleton in skeletons]
+    if floats[0] != floats[1]:
+        names = ["floats", "is welded to the world"]
+        raise MatchingError(
+            f"the source {names[not floats[0]]} and the target {names[not floats[1]]}",
+            "two robots with a free joint, or two without",
+            "Add a <freejoint/> to the root of the welded robot, or remove the other's.",
+        )
+    for skeleton in skeletons:
+        size = max(len(skeleton.tree.nodes), 4 * skeleton.depth())
+        if size > _MAX_BODIES:
+            raise MatchingError(
+                f"a robot of {len(skeleton.tree.nodes)} bodies, {skeleton.depth()} deep",
+                f"at most {_MAX_BODIES} bodies, {_MAX_BODIES // 4} deep",
+                "Leave out bodies that belong to the scene.",
+            )
+
+
+def _check_floating_twins(skeletons: tuple[Skeleton, Skeleton], found: Correspondence) -> None:
+    """Refuse to create a floating body: nothing would hold it."""
+    for side, skeleton in enumerate(skeletons):
+        matched = {pair[side] for pair in found.bodies if None not in pair}
+        for root in skeleton.tree.free:
+            if matched.isdisjoint(skeleton.tree.component(root)):
+                raise MatchingError(
+                    f"the floating body {skeleton.tree.nodes[root].name!r} without a partner",
+                    "as many floating bodies in the source as in the target",
+                    "Add it to the other robot, or remove it from this one.",
+                )
+
+
+def _pinned(
+    skeletons: tuple[Skeleton, Skeleton], pins: dict[str, str]
+) -> tuple[dict[int, int], dict[tuple[int, int], tuple[int, int]]]:
+    """Pins as indices of bodies and of joints."""
+    bodies: dict[int, int] = {}
+    joints: dict[tuple[int, int], tuple[int, int]] = {}
+    if len(set(pins.values())) < len(pins):
+        raise MatchingError(
+            f"pins={pins!r}, where two names share a partner", "one partner each", "Drop one pin."
+        )
+    for s, t in pins.items():
+        a, b = skeletons
+        if s in a.bodies and t in b.bodies:
+            bodies[a.bodies[s]] = b.bodies[t]
+        elif s in a.joints and t in b.joints:
+            joints[a.joints[s]] = b.joints[t]
+        else:
+            _refuse_pin(skeletons, s, t)
+    return bodies, joints
+
+
+def _refuse_pin(skeletons: tuple[Skeleton, Skeleton], s: str, t: str) -> None:
+    """Say which name of a pin is wrong, and which names come near."""
+    for name, skeleton, where in ((s, skeletons[0], "source"), (t, skeletons[1], "target")):
+        known = [*skeleton.bodies, *skeleton.joints]
+        if name not in known:
+            near = difflib.get_close_matches(str(name), known, n=5) or known[:5]
+            raise MatchingError(
+                f"the pin {s!r}: {t!r}, where the {where} has no body or joint {name!r}",
+                f"names of two bodies or two joints, such as {', '.join(near)}",
+                "Correct the name.",
+            )
+    raise MatchingError(
+        f"the pin {s!r}: {t!r} of a body and a joint", "two bodies, or two joints", "Correct it."
+    )
+
+
+def _pinned_root(
+    skeletons: tuple[Skeleton, Skeleton], root: str | tuple[str | None, str | None] | None
+) -> tuple[int | None, int | None]:
+    """The wanted roots as indices; one name stands for whichever robots have it."""
+    if root is None:
+        return None, None
+    both = isinstance(root, str)
+    names = (root, root) if isinstance(root, str) else tuple(root)
+    found = [s.bodies.get(n) if n else None for s, n in zip(skeletons, names)]
+    missing = [n for n, index in zip(names, found) if n and index is None]
+    if missing and not (both and len(missing) == 1):
+        known = [*skeletons[0].bodies, *skeletons[1].bodies]
+        near = difflib.get_close_matches(str(missing[0]), known, n=5) or known[:5]
+        raise MatchingError(
+            f"root={root!r}", f"a body of the robot, such as {', '.join(near)}", "Correct it."
+        )
+    return found[0], found[1]
+
+
+def _named(skeletons: tuple[Skeleton, Skeleton], found: Correspondence) -> Matching:
+    """The correspondence by names, with everything that hangs on bodies and joints."""
+    a, b = skeletons
+    bodies = tuple(
+        (None if s is None else a.tree.nodes[s].name, None if t is None else b.tree.nodes[t].name)
+        for s, t in found.bodies
+        if s != 0
+    )
+    joints = tuple(
+        (None if s is None else a.tree.link(s).name, None if t is None else b.tree.link(t).name)
+        for s, t in found.joints
+    )
+    joints = _free_joints(skeletons, found) + joints
+    others = match_elements(a.spec, b.spec, dict(bodies), dict(joints))
+    lone = [p for kind in (bodies, joints, others["actuators"]) for p in kind if None in p]
+    roots = found.roots[0] if found.roots else None
+    return Matching(
+        bodies=bodies,
+        joints=joints,
+        **others,
+        source_root=a.tree.nodes[roots[0]].name if roots else "",
+        target_root=b.tree.nodes[roots[1]].name if roots else "",
+        created=len(lone),
+        source_levels=a.levels(),
+        target_levels=b.levels(),
+    )
+
+
+def _free_joints(skeletons: tuple[Skeleton, Skeleton], found: Correspondence) -> Names:
+    """The free joints of trees that correspond; moving a root moves its free joint."""
+    a, b = skeletons
+    return tuple((a.free_joint(r), b.free_joint(s)) for r, s in found.roots)

@@ -1,0 +1,202 @@
+"""What `matching` and `trees` promise, against brute force and against robots from packages."""
+
+import itertools
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from revolver_lab.evolution.trees import Link, Matcher, Node, Tree
+
+
+def rooted_trees(size):
+    """Every unlabelled rooted tree of so many bodies, as nested sorted tuples of children."""
+
+    def forests(total, largest):
+        if total == 0:
+            yield ()
+            return
+        for first in range(min(total, largest), 0, -1):
+            for tree in rooted_trees(first):
+                for rest in forests(total - first, first):
+                    yield tuple(sorted((tree, *rest)))
+
+    return sorted(set(forests(size - 1, size - 1)))
+
+
+def parents_of(shape):
+    """The nested tuples as a list of parents, the root's being -1."""
+    parents = []
+
+    def add(node, parent):
+        parents.append(parent)
+        here = len(parents) - 1
+        for child in node:
+            add(child, here)
+
+    add(shape, -1)
+    return parents
+
+
+def as_tree(parents, joints=None, *, free=False):
+    """A robot with this tree under the world; one hinge above each body unless told otherwise."""
+    joints = joints or [(Link(),) if p >= 0 or not free else () for p in parents]
+    nodes = (Node(name="world"), *(Node(joints=tuple(links)) for links in joints))
+    return Tree(nodes, (-1, *(p + 1 for p in parents)), frozenset({1}) if free else frozenset())
+
+
+def most_common(children_a, root_a, children_b, root_b, worth):
+    """Largest worth of a one-to-one map of two rooted trees: every assignment tried in turn."""
+    total = worth(root_a, root_b)
+    ours, theirs = children_a[root_a], children_b[root_b]
+    swap = len(ours) > len(theirs)
+    few, many = (theirs, ours) if swap else (ours, theirs)
+    best = 0
+    for chosen in itertools.permutations(many, len(few)):
+        pairs = [(b, a) if swap else (a, b) for a, b in zip(few, chosen)]
+        best = max(best, sum(most_common(children_a, a, children_b, b, worth) for a, b in pairs))
+    return total + best
+
+
+def children_from(parents, root=0):
+    """Children lists of the tree re-rooted at a body."""
+    near = {i: [] for i in range(len(parents))}
+    for child, parent in enumerate(parents):
+        if parent >= 0:
+            near[child].append(parent)
+            near[parent].append(child)
+    children = {}
+
+    def walk(body, above):
+        children[body] = [b for b in near[body] if b != above]
+        for b in children[body]:
+            walk(b, body)
+
+    walk(root, -1)
+    return children
+
+
+SHAPES = [parents_of(shape) for size in range(1, 7) for shape in rooted_trees(size)]
+
+
+def test_there_are_as_many_rooted_trees_as_mathematics_says():
+    counts = [sum(len(shape) == n for shape in SHAPES) for n in range(1, 7)]
+    assert counts == [1, 1, 2, 4, 9, 20]  # OEIS A000081
+
+
+def test_fixed_robots_create_as_few_bodies_as_brute_force_on_every_pair_up_to_six_bodies():
+    for a, b in itertools.product(SHAPES, repeat=2):
+        kept = most_common(children_from(a), 0, children_from(b), 0, lambda *_: 1)
+        found = Matcher(as_tree(a), as_tree(b)).solve()
+        # Each body comes with its joint, so each created node counts twice.
+        assert found.created == 2 * (len(a) + len(b) - 2 * kept)
+
+
+def test_floating_robots_create_as_few_bodies_as_brute_force_over_every_pair_of_roots():
+    for a, b in itertools.combinations_with_replacement(SHAPES, 2):
+        kept = max(
+            most_common(children_from(a, r), r, children_from(b, s), s, lambda *_: 1)
+            for r in range(len(a))
+            for s in range(len(b))
+        )
+        found = Matcher(as_tree(a, free=True), as_tree(b, free=True)).solve()
+        assert found.created == 2 * (len(a) + len(b) - 2 * kept)
+
+
+TYPES = st.lists(st.sampled_from(["hinge", "slide"]), max_size=3)
+
+
+@st.composite
+def labelled(draw):
+    """A random tree of up to five bodies with up to three joints above each."""
+    size = draw(st.integers(1, 5))
+    parents = [-1, *(draw(st.integers(0, i)) for i in range(size - 1))]
+    drives = st.sampled_from([(), ("joint",), ("joint", "parent")])
+    joints = [tuple(Link(type=t, drives=draw(drives)) for t in draw(TYPES)) for _ in range(size)]
+    return parents, joints
+
+
+def in_order(a, b, chosen):
+    """Whether chosen pairs of joints cross only where slides stand next to each other."""
+    for (i, j), (k, n) in itertools.combinations(sorted(chosen), 2):
+        between = [*a[i : k + 1], *b[min(j, n) : max(j, n) + 1]]
+        if j > n and any(link.type != "slide" for link in between):
+            return False
+    return True
+
+
+def joint_worth(a, b):
+    """Most that pairing joints in order saves, by trying all subsets."""
+    pairs = [(i, j) for i in range(len(a)) for j in range(len(b)) if a[i].type == b[j].type]
+    best = 0
+    for count in range(1, min(len(a), len(b)) + 1):
+        for chosen in itertools.combinations(pairs, count):
+            one_to_one = len({i for i, _ in chosen}) == len({j for _, j in chosen}) == count
+            if one_to_one and in_order(a, b, chosen):
+                shared = sum(len(set(a[i].drives) & set(b[j].drives)) for i, j in chosen)
+                best = max(best, 2 * count + 2 * shared)
+    return best
+
+
+@settings(max_examples=150, deadline=None)
+@given(labelled(), labelled())
+def test_joints_and_actuators_count_as_nodes_as_in_brute_force(a, b):
+    def size(robot):
+        return sum(1 + sum(1 + len(link.drives) for link in links) for links in robot[1])
+
+    def worth(i, j):
+        return 2 + joint_worth(a[1][i], b[1][j])
+
+    saved = most_common(children_from(a[0]), 0, children_from(b[0]), 0, worth)
+    found = Matcher(as_tree(*a), as_tree(*b)).solve()
+    assert found.created == size(a) + size(b) - saved
+
+
+@settings(max_examples=60, deadline=None)
+@given(labelled(), labelled())
+def test_a_correspondence_is_one_to_one_and_keeps_parents(a, b):
+    trees = as_tree(*a), as_tree(*b)
+    found = Matcher(*trees).solve()
+    for side in (0, 1):
+        bodies = [pair[side] for pair in found.bodies if pair[side] is not None]
+        assert sorted(bodies) == list(range(len(trees[side].nodes)))
+        joints = [pair[side] for pair in found.joints if pair[side] is not None]
+        assert len(set(joints)) == len(joints) == sum(len(n.joints) for n in trees[side].nodes)
+    twin = dict(found.bodies)
+    for s, t in found.bodies[1:]:
+        if s is not None and t is not None:
+            assert twin[trees[0].parents[s]] == trees[1].parents[t]
+
+
+def test_equal_names_settle_ties():
+    names = ["torso", "a", "b", "c"]
+
+    def robot(order):
+        nodes = [Node(name="world"), Node(name="torso")]
+        nodes += [Node(name=name, joints=(Link(name=name),)) for name in order]
+        return Tree(tuple(nodes), (-1, 0, 1, 1, 1))
+
+    for order in itertools.permutations(names[1:]):
+        trees = robot(names[1:]), robot(order)
+        for s, t in Matcher(*trees).solve().bodies:
+            assert trees[0].nodes[s].name == trees[1].nodes[t].name
+
+
+def test_a_source_root_is_kept_where_that_costs_nothing():
+    chain = as_tree([-1, 0, 1], free=True)
+    assert Matcher(chain, chain).solve().roots == ((1, 1),)
+    middle = as_tree([-1, 0, 0], free=True)
+    assert Matcher(chain, middle).solve().roots[0][0] == 1
+    assert Matcher(chain, middle).solve().created == 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_robots_of_sixty_bodies_are_matched_within_seconds(seed):
+    rng = np.random.default_rng(seed)
+    trees = [
+        as_tree([-1, *(int(rng.integers(0, i + 1)) for i in range(59))], free=True)
+        for _ in range(2)
+    ]
+    found = Matcher(*trees).solve()
+    assert found.created % 4 == 0
