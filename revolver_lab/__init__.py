@@ -9,6 +9,7 @@ __version__ = "0.1.0"
 # without torch, GL or files.
 _PUBLIC = {
     "Evolution": "revolver_lab.evolution.evolution",
+    "ramp": "revolver_lab.evolution.ramps",
     "names": "revolver_lab.robots.registry",
     "load": "revolver_lab.robots.registry",
     "suite": "revolver_lab.envs.suite",
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from revolver_lab.envs.vector import make_vec_env
     from revolver_lab.evaluate import evaluate
     from revolver_lab.evolution.evolution import Evolution
+    from revolver_lab.evolution.ramps import ramp
     from revolver_lab.experts import load_expert, train_expert
     from revolver_lab.policies import Policy
     from revolver_lab.robots.registry import load, names

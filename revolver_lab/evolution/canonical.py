@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from revolver_lab.errors import ParameterError
+from revolver_lab.evolution.tendon_paths import places
 
 Pairs = dict[str, list[tuple[str, str]]]
 
@@ -28,9 +29,11 @@ _RADIANS_PER_DEGREE = np.pi / 180.0
 
 
 def elements(spec: mujoco.MjSpec, kind: str) -> dict[str, object]:
-    """The elements of one kind by name; "option" is the one element of its kind."""
+    """The elements of one kind by name; a "wrap" is a place on a tendon's path."""
     if kind == "option":
         return {"world": spec.option}
+    if kind == "wrap":
+        return dict(places(spec))
     return {element.name: element for element in getattr(spec, LISTS[kind])}
 
 
@@ -153,7 +156,8 @@ def _spell_out_limits(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
 
 def has_fromto(element: object) -> bool:
     """Whether a geom or site is written by its two ends."""
-    return bool(np.isfinite(element.fromto[0]))  # type: ignore[attr-defined]
+    fromto = getattr(element, "fromto", None)
+    return fromto is not None and bool(np.isfinite(fromto[0]))
 
 
 def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
@@ -165,9 +169,10 @@ def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
     Args:
         source: A canonical robot, changed in place.
         target: The other one, changed in place.
-        pairs: For each kind of element, (name in source, name in target).
+        pairs: For each kind of element, (name in source, name in target); "wrap" is added.
     """
     models = source.compile(), target.compile()
+    pairs["wrap"] = _paired_wraps(source, target, pairs)
     for kind in ("geom", "site"):
         for a, b in _paired(source, target, pairs, kind):
             if has_fromto(a) != has_fromto(b):
@@ -188,6 +193,23 @@ def _paired(
     return ((ours[a], theirs[b]) for a, b in pairs.get(kind, []))
 
 
+def _paired_wraps(
+    source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs
+) -> list[tuple[str, str]]:
+    """The places on paired tendons, in the order of their paths."""
+    paired = []
+    for a, b in _paired(source, target, pairs, "tendon"):
+        lengths = len(a.path), len(b.path)  # type: ignore[attr-defined]
+        if lengths[0] != lengths[1]:
+            raise ParameterError(
+                f"tendon {a.name!r} over {lengths[0]} places, and over {lengths[1]}",  # type: ignore
+                "as many places on both paths",
+                "Give both tendons the same path; a coefficient of 0 adds a place without effect.",
+            )
+        paired += [(f"{a.name}.{i}", f"{b.name}.{i}") for i in range(lengths[0])]  # type: ignore
+    return paired
+
+
 def _ends_to_pose(element: object, model: mujoco.MjModel, kind: str) -> None:
     """Replace fromto by the pos, quat and size that the compiler made of it."""
     if not has_fromto(element):
@@ -195,7 +217,7 @@ def _ends_to_pose(element: object, model: mujoco.MjModel, kind: str) -> None:
     for attribute in ("pos", "quat", "size"):
         value = getattr(model, f"{kind}_{attribute}")[element.id]  # type: ignore[attr-defined]
         setattr(element, attribute, np.array(value))
-    element.fromto = np.full(6, np.nan)  # type: ignore[attr-defined]
+    element.fromto = np.array([np.nan, 0, 0, 0, 0, 0])  # type: ignore[attr-defined]
 
 
 def _spell_out_spring(joint: object, model: mujoco.MjModel) -> None:

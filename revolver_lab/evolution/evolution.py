@@ -13,7 +13,7 @@ import numpy as np
 
 from revolver_lab import _gl
 from revolver_lab.errors import AlphaError, ParameterError
-from revolver_lab.evolution import live
+from revolver_lab.evolution import live, tendon_paths
 from revolver_lab.evolution.cache import Cache
 from revolver_lab.evolution.canonical import LISTS, align, canonical, elements
 from revolver_lab.evolution.meshes import align_meshes
@@ -87,7 +87,7 @@ class Evolution:
         align(self._spec, there, pairs)
         pairs["mesh"] = align_meshes(self._spec, there, pairs)
         self._theta = read_theta(self._spec, there, pairs, f=f, switch=switch)
-        self._found = {kind: elements(self._spec, kind) for kind in (*LISTS, "option")}
+        self._found = {kind: elements(self._spec, kind) for kind in (*LISTS, "wrap", "option")}
         self._cache, self._lock = Cache(cache_bytes), threading.Lock()
         self._varying: set[str] = set()
 
@@ -200,7 +200,7 @@ class Evolution:
     def _base(self) -> live.Base:
         with self._lock:
             self._theta.write(0.0, self._spec, self._found)
-            return live.Base(self._spec.compile())
+            return live.Base(tendon_paths.compiled(self._spec, self._found["wrap"]))
 
     def _compile(self, alpha: float) -> mujoco.MjModel:
         """Compile E(alpha) and remember what distinguishes it from E(0)."""
@@ -208,7 +208,7 @@ class Evolution:
         with self._lock:
             self._theta.write(alpha, self._spec, self._found)
             try:
-                model = self._spec.compile()
+                model = tendon_paths.compiled(self._spec, self._found["wrap"])
             except ValueError as error:
                 raise ParameterError(
                     f"E({alpha}), which MuJoCo refuses: {error}",

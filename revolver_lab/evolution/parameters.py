@@ -110,6 +110,7 @@ CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
         *_LIMIT,
         *_FRICTION,
     ),
+    "wrap": (Parameter("coef"), Parameter("divisor")),
     "equality": (Parameter("data"), Parameter("solref"), Parameter("solimp")),
     "pair": (*_contact(), Parameter("solreffriction")),
     "camera": (
@@ -155,6 +156,7 @@ DISCRETE: dict[str, tuple[str, ...]] = {
         "actearly",
     ),
     "tendon": ("limited", "actfrclimited"),
+    "wrap": ("type",),
     "equality": ("type", "active"),
     "pair": ("condim",),
     "option": (

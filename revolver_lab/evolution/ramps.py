@@ -13,6 +13,7 @@ RampSpec = str | Ramp | Mapping[str, "str | Ramp"]
 # f is sampled here: dense enough that a jump of more than 1/4 is a jump and not a steep slope.
 _SAMPLES = np.linspace(0.0, 1.0, 4097)
 _JUMP = 0.25
+_ROUNDING = 1e-9
 
 
 def linear(alpha: float) -> float:
@@ -98,11 +99,11 @@ def _check_values(values: np.ndarray) -> None:
     """Refuse sampled values of f that a continuous path from 0 to 1 cannot have."""
     if not np.isfinite(values).all():
         raise ParameterError("f with a value that is not finite", "finite values", "Mend f.")
-    if values[0] != 0.0 or values[-1] != 1.0:
+    if abs(values[0]) > _ROUNDING or abs(values[-1] - 1.0) > _ROUNDING:
         raise ParameterError(
             f"f(0) = {values[0]:g}, f(1) = {values[-1]:g}", "f(0) = 0 and f(1) = 1", "Rescale f."
         )
-    if values.min() < 0.0 or values.max() > 1.0:
+    if values.min() < -_ROUNDING or values.max() > 1.0 + _ROUNDING:
         raise ParameterError(
             f"f with values in [{values.min():g}, {values.max():g}]", "[0, 1]", "Clip f."
         )
@@ -154,5 +155,7 @@ class Ramps:
         return np.fromiter(matches, dtype=int, count=len(names))
 
     def __call__(self, alpha: float) -> np.ndarray:
-        """f(alpha) of every function, (number of functions,)."""
-        return np.array([float(function(alpha)) for function in self.functions])
+        """f(alpha) of every function, (number of functions,); 0 and 1 exactly at the ends."""
+        if alpha in (0.0, 1.0):
+            return np.full(len(self.functions), float(alpha))
+        return np.clip([float(function(alpha)) for function in self.functions], 0.0, 1.0)

@@ -8,7 +8,7 @@ import numpy as np
 
 from revolver_lab.errors import ParameterError
 from revolver_lab.evolution import rotations
-from revolver_lab.evolution.canonical import Pairs, elements
+from revolver_lab.evolution.canonical import Pairs, elements, has_fromto
 from revolver_lab.evolution.parameters import (
     CONTINUOUS,
     DIRECTION,
@@ -173,6 +173,8 @@ def read_theta(
     for kind, parameters in CONTINUOUS.items():
         ours, theirs = elements(source, kind), elements(target, kind)
         for a, b in pairs.get(kind, []):
+            if (kind, a) == ("body", "world"):
+                continue
             for parameter in parameters:
                 blocks.extend(_block(kind, ours[a], theirs[b], a, parameter))
             for attribute in DISCRETE.get(kind, ()):
@@ -186,18 +188,38 @@ def _flat(element: object, attribute: str) -> np.ndarray:
     return np.array(getattr(element, attribute), dtype=float).reshape(-1)
 
 
+_STATED = ("mass", "ipos", "iquat", "inertia")
+
+
+def _given(kind: str, element: object, attribute: str) -> bool:
+    """Whether an attribute is given, and not inferred from another one."""
+    if not hasattr(element, attribute):
+        return False
+    if kind == "body" and attribute in _STATED:
+        return bool(element.explicitinertial)  # type: ignore[attr-defined]
+    if kind in ("geom", "site") and attribute in ("pos", "quat"):
+        return not has_fromto(element)
+    if kind == "geom" and attribute == "density":
+        return not np.isfinite(element.mass)  # type: ignore[attr-defined]
+    # "Not given" is not-a-number in the first place: for fromto, MuJoCo marks no other.
+    value = _flat(element, attribute)
+    return bool(len(value)) and bool(np.isfinite(value[0]))
+
+
 def _block(kind: str, ours: object, theirs: object, name: str, parameter: Parameter) -> list[Block]:
     """The block of one attribute, or none where neither robot gives it."""
-    if not hasattr(ours, parameter.attribute):
-        return []
-    if kind == "body" and parameter.attribute in ("mass", "ipos", "iquat", "inertia"):
-        if not ours.explicitinertial:  # type: ignore[attr-defined]
-            return []
-    source, target = _flat(ours, parameter.attribute), _flat(theirs, parameter.attribute)
     path = f"{kind}/{name}/{parameter.attribute}"
-    _check_between(path, parameter, source, target)
-    if not np.isfinite(source).any():
+    given = [_given(kind, element, parameter.attribute) for element in (ours, theirs)]
+    if not any(given):
         return []
+    source, target = _flat(ours, parameter.attribute), _flat(theirs, parameter.attribute)
+    if not all(given) or source.shape != target.shape:
+        raise ParameterError(
+            f"{path} given as {source.tolist()} in one robot and as {target.tolist()} in the other",
+            "as many numbers in both",
+            "Write this attribute in both files.",
+        )
+    _check_between(path, parameter, source, target)
     unit = _unit(kind, ours, parameter)
     size = len(source) if parameter.how == LINEAR else 3
     labels = [path] if size == 1 else [f"{path}[{i}]" for i in range(size)]
@@ -218,12 +240,6 @@ def _unit(kind: str, element: object, parameter: Parameter) -> str:
 
 def _check_between(path: str, parameter: Parameter, a: np.ndarray, b: np.ndarray) -> None:
     """Refuse two values between which there is nothing."""
-    if a.shape != b.shape or not np.array_equal(np.isfinite(a), np.isfinite(b)):
-        raise ParameterError(
-            f"{path} given as {a.tolist()} in one robot and as {b.tolist()} in the other",
-            "the same numbers given in both",
-            "Write this attribute in both files.",
-        )
     if parameter.attribute.startswith("solref") and np.any(a * b < 0):
         raise ParameterError(
             f"{path} = {a.tolist()} in one robot and {b.tolist()} in the other",

@@ -1,0 +1,57 @@
+"""f is a continuous path from 0 to 1, and anything else is refused with its reason."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from revolver_lab.errors import ParameterError
+from revolver_lab.evolution.ramps import NAMED, Ramps, checked, ramp
+
+
+@pytest.mark.parametrize("name", sorted(NAMED))
+def test_every_named_f_is_a_monotone_path_from_0_to_1(name):
+    values = np.array([checked(name)(a) for a in np.linspace(0, 1, 101)])
+    assert values[0] == 0.0
+    assert values[-1] == 1.0
+    assert (np.diff(values) > 0).all()
+
+
+def test_a_ramp_rests_outside_its_part_of_the_path():
+    late = ramp(0.5, 0.75)
+    assert [late(a) for a in (0.0, 0.5, 0.625, 0.75, 1.0)] == [0.0, 0.0, 0.5, 1.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("f", "words"),
+    [
+        ("cubic", "'linear', 'smoothstep'"),
+        (lambda a: a + 0.1, "f(0) = 0.1"),
+        (lambda a: 0.5 * a, "f(1) = 0.5"),
+        (lambda a: float(a >= 0.5), "jump"),
+        (lambda a: a + math.sin(math.pi * a), "[0, 1]"),
+        (lambda a: a if a in (0, 1) else math.nan, "not finite"),
+        (lambda a: a[0], "raised"),
+        (3.0, "callable"),
+    ],
+)
+def test_what_is_no_path_is_refused_with_the_reason(f, words):
+    with pytest.raises(ParameterError, match=re.escape(words)):
+        checked(f)
+
+
+def test_a_ramp_outside_the_path_is_refused():
+    with pytest.raises(ParameterError, match="start < stop"):
+        ramp(0.5, 0.5)
+
+
+def test_the_first_matching_pattern_moves_a_parameter_and_the_rest_is_linear():
+    ramps = Ramps({"geom/a/*": ramp(0.5, 1.0), "geom/*": "smoothstep"})
+    groups = ramps.groups(["geom/a/size", "geom/b/size", "joint/c/range"])
+    assert ramps(0.25)[groups].tolist() == [0.0, 0.15625, 0.25]
+
+
+def test_a_pattern_that_matches_nothing_is_refused():
+    with pytest.raises(ParameterError, match="matches no parameter"):
+        Ramps({"geom/typo/*": "linear"}).groups(["geom/a/size"])
