@@ -72,6 +72,11 @@ def stream(seed: int, simulation: int, purpose: Purpose) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(simulation, int(purpose))))
 
 
+def fresh_seed() -> int:
+    """Return a seed from the system's entropy."""
+    return int(np.random.SeedSequence().generate_state(1)[0])
+
+
 @dataclass(frozen=True, kw_only=True)
 class Controls:
     """The way from an action in [-1, 1] to a control within its range.

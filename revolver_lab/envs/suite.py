@@ -6,7 +6,7 @@ import dm_env
 import numpy as np
 from dm_env import specs
 
-from revolver_lab.envs.core import Stage
+from revolver_lab.envs.core import Stage, fresh_seed
 from revolver_lab.envs.simulation import Simulation
 from revolver_lab.robots import registry
 
@@ -64,9 +64,7 @@ class SuiteEnv(dm_env.Environment):
         stage = Stage(robot, task)
         self.evolve, self.task, self._physics = stage.evolve, stage.task, stage.evolve(alpha)
         self.simulation = Simulation(self._physics.model.ptr, self._physics.data.ptr, self.task)
-        self.simulation.seed(
-            np.random.SeedSequence().generate_state(1)[0] if seed is None else seed
-        )
+        self.simulation.seed(fresh_seed() if seed is None else seed)
         self.diverged, self._over = False, True
 
     @property
