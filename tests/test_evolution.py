@@ -151,7 +151,9 @@ def test_a_parameter_can_have_a_ramp_of_its_own():
 def test_discrete_differences_are_listed_and_refused():
     target = pendulum(body='<geom name="hand" size=".1" condim="4" contype="2"/>')
     source = pendulum(body='<geom name="hand" size=".1" condim="3" contype="1"/>')
-    with pytest.raises(ParameterError, match=r"geom/hand/contype: 1 -> 2; geom/hand/condim: 3 -> 4"):
+    with pytest.raises(
+        ParameterError, match=r"geom/hand/contype: 1 -> 2; geom/hand/condim: 3 -> 4"
+    ):
         rvl.Evolution(source, target)
     one = {"geom/hand/contype": 0.5}
     with pytest.raises(ParameterError, match=r"attributes that differ: geom/hand/condim: 3 -> 4\."):

@@ -23,10 +23,11 @@ LAYERS = [
     ["robots"],
     ["envs"],
     ["weights", "cards", "policies"],
-    ["schedule"],
+    ["schedule", "methods"],
     ["learners"],
+    ["evaluation", "logs", "recorder"],
     ["algorithm1"],
-    ["evaluation", "experts"],
+    ["experts"],
     ["lab"],
     ["demo", "cli"],
 ]

@@ -15,10 +15,11 @@ from revolver_lab import _gl
 from revolver_lab.errors import AlphaError, ParameterError
 from revolver_lab.evolution import live, tendon_paths
 from revolver_lab.evolution.cache import Cache
-from revolver_lab.evolution.canonical import LISTS, align, canonical, elements
+from revolver_lab.evolution.alignment import align
+from revolver_lab.evolution.canonical import LISTS, canonical, elements
 from revolver_lab.evolution.meshes import align_meshes
 from revolver_lab.evolution.ramps import RampSpec
-from revolver_lab.evolution.theta import read_theta
+from revolver_lab.evolution.survey import read_theta
 
 try:
     from revolver_lab.evolution.matching import Matching, match
@@ -92,7 +93,7 @@ class Evolution:
         self._varying: set[str] = set()
 
     def __repr__(self) -> str:
-        changed = int(self._theta.changed().sum())
+        changed = int(self._theta.changed.sum())
         return f"Evolution({self.name!r}, {changed} of {len(self.theta_names)} parameters change)"
 
     def __call__(self, alpha: float) -> "Physics":
@@ -141,7 +142,7 @@ class Evolution:
     @property
     def theta_changed(self) -> np.ndarray:
         """Which coordinates of theta differ between source and target, (D,) bool."""
-        return self._theta.changed()
+        return self._theta.changed
 
     def set_alpha(self, physics: "Physics", alpha: float) -> None:
         """Move an existing Physics to E(alpha); its state and its GL context survive.
@@ -151,8 +152,8 @@ class Evolution:
             alpha: Evolution parameter in [0, 1].
         """
         moved = self.write_model(physics.model.ptr, alpha)
-        if moved & _MESHES:
-            _upload_meshes(physics)
+        if "mesh_vert" in moved:
+            live.upload_meshes(physics)
         mujoco.mj_forward(physics.model.ptr, physics.data.ptr)
 
     def write_model(self, model: mujoco.MjModel, alpha: float) -> set[str]:
@@ -221,9 +222,6 @@ class Evolution:
         return model
 
 
-_MESHES = {"mesh_vert", "mesh_normal"}
-
-
 def checked_alpha(alpha: float) -> float:
     """alpha as a float, if it is one in [0, 1].
 
@@ -241,13 +239,3 @@ def checked_alpha(alpha: float) -> float:
     if isinstance(alpha, str) or not 0.0 <= value <= 1.0:
         raise AlphaError(f"alpha = {alpha!r}", "a number in [0, 1]", "Clip it before the call.")
     return value
-
-
-def _upload_meshes(physics: "Physics") -> None:
-    """Send moved vertices to the GPU, if this Physics has ever drawn anything."""
-    contexts = physics._contexts  # None until the first frame; the property would create them
-    if contexts is None:
-        return
-    with contexts.gl.make_current() as current:
-        for mesh in range(physics.model.nmesh):
-            current.call(mujoco.mjr_uploadMesh, physics.model.ptr, contexts.mujoco.ptr, mesh)

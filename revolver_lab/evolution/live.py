@@ -1,9 +1,13 @@
 """Moving a live model to another alpha: compiled arrays are copied in, geometry is never edited."""
 
 import functools
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
+
+if TYPE_CHECKING:
+    from dm_control.mujoco import Physics
 
 # Names and textures are the source's at every alpha; comparing them would only cost time.
 _CONSTANT = {"names", "names_map", "paths", "tex_data", "text_data"}
@@ -105,3 +109,17 @@ def write(model: mujoco.MjModel, fields: Arrays) -> None:
             getattr(getattr(model, struct), attribute)[...] = array
         else:
             setattr(getattr(model, struct), attribute, array.item())
+
+
+def upload_meshes(physics: "Physics") -> None:
+    """Send moved vertices to the GPU, if this Physics has ever drawn anything.
+
+    Args:
+        physics: A dm_control Physics whose model has been written.
+    """
+    contexts = physics._contexts  # None until the first frame; the property would create them
+    if contexts is None:
+        return
+    with contexts.gl.make_current() as current:
+        for mesh in range(physics.model.nmesh):
+            current.call(mujoco.mjr_uploadMesh, physics.model.ptr, contexts.mujoco.ptr, mesh)

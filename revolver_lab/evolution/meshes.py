@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from revolver_lab.errors import ParameterError
-from revolver_lab.evolution.canonical import Pairs, elements
+from revolver_lab.evolution.canonical import Element, Pairs, elements
 
 # Compiled vertices are single precision: two readings of one file agree to this, relatively.
 _TOLERANCE = 1e-5
@@ -45,7 +45,7 @@ def _paired_meshes(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -
     ours, theirs = elements(source, "geom"), elements(target, "geom")
     paired: dict[str, str] = {}
     for a, b in pairs.get("geom", []):
-        mesh, other = ours[a].meshname, theirs[b].meshname  # type: ignore[attr-defined]
+        mesh, other = ours[a].meshname, theirs[b].meshname
         if bool(mesh) != bool(other):
             raise ParameterError(
                 f"geom {a!r}, a mesh in one robot only",
@@ -61,27 +61,27 @@ def _paired_meshes(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -
     return paired
 
 
-def _align(ours: object, theirs: object, models: tuple[mujoco.MjModel, mujoco.MjModel]) -> None:
+def _align(ours: Element, theirs: Element, models: tuple[mujoco.MjModel, mujoco.MjModel]) -> None:
     """Leave two meshes as they are if only their scale differs, else write their vertices out."""
     (a, faces), (b, other_faces) = (
         _as_written(model, mesh) for model, mesh in zip(models, (ours, theirs))
     )
     if not np.array_equal(faces, other_faces):
         raise ParameterError(
-            f"meshes {ours.name!r} and {theirs.name!r} with different faces",  # type: ignore
+            f"meshes {ours.name!r} and {theirs.name!r} with different faces",
             "meshes that share their topology",
             "Deform one mesh into the other, keeping its faces.",
         )
-    unscaled = a / np.array(ours.scale), b / np.array(theirs.scale)  # type: ignore[attr-defined]
+    unscaled = a / np.array(ours.scale), b / np.array(theirs.scale)
     if np.allclose(*unscaled, atol=_TOLERANCE * np.abs(unscaled[0]).max(), rtol=0.0):
         return
     _write_out(ours, a, faces)
     _write_out(theirs, b, faces)
 
 
-def _as_written(model: mujoco.MjModel, mesh: object) -> tuple[np.ndarray, np.ndarray]:
+def _as_written(model: mujoco.MjModel, mesh: Element) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (V, 3) in the frame of the mesh's file, and faces (F, 3), as compiled."""
-    view = model.mesh(mesh.name)  # type: ignore[attr-defined]
+    view = model.mesh(mesh.name)
     i = view.id
     vertices = slice(model.mesh_vertadr[i], model.mesh_vertadr[i] + model.mesh_vertnum[i])
     faces = slice(model.mesh_faceadr[i], model.mesh_faceadr[i] + model.mesh_facenum[i])
@@ -91,11 +91,11 @@ def _as_written(model: mujoco.MjModel, mesh: object) -> tuple[np.ndarray, np.nda
     return points, model.mesh_face[faces].copy()
 
 
-def _write_out(mesh: object, points: np.ndarray, faces: np.ndarray) -> None:
+def _write_out(mesh: Element, points: np.ndarray, faces: np.ndarray) -> None:
     """Replace a mesh's file by its vertices and faces."""
-    mesh.file, mesh.scale = "", np.ones(3)  # type: ignore[attr-defined]
-    mesh.refpos, mesh.refquat = np.zeros(3), np.array([1.0, 0, 0, 0])  # type: ignore
-    mesh.uservert = points.ravel()  # type: ignore[attr-defined]
-    mesh.userface = faces.ravel()  # type: ignore[attr-defined]
-    mesh.usernormal, mesh.usertexcoord = [], []  # type: ignore[attr-defined]
-    mesh.userfacenormal, mesh.userfacetexcoord = [], []  # type: ignore[attr-defined]
+    mesh.file, mesh.scale = "", np.ones(3)
+    mesh.refpos, mesh.refquat = np.zeros(3), np.array([1.0, 0, 0, 0])
+    mesh.uservert = points.ravel()
+    mesh.userface = faces.ravel()
+    mesh.usernormal, mesh.usertexcoord = [], []
+    mesh.userfacenormal, mesh.userfacetexcoord = [], []

@@ -1,0 +1,143 @@
+"""Two robots in the same form, wherever their authors wrote the same thing in two ways."""
+
+from collections.abc import Iterable
+
+import mujoco
+import numpy as np
+
+from revolver_lab.errors import ParameterError
+from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
+
+
+def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
+    """Bring two canonical robots to the same form wherever they were written differently.
+
+    Ends become pose and size where only one robot gives ends; masses become explicit where one
+    robot states an inertia, or a mass, that the other infers.
+
+    Args:
+        source: A canonical robot, changed in place.
+        target: The other one, changed in place.
+        pairs: For each kind of element, (name in source, name in target); "wrap" is added.
+    """
+    models = source.compile(), target.compile()
+    pairs["wrap"] = _paired_wraps(source, target, pairs)
+    for kind in ("geom", "site"):
+        for a, b in _paired(source, target, pairs, kind):
+            if has_fromto(a) != has_fromto(b):
+                _ends_to_pose(a, models[0], kind)
+                _ends_to_pose(b, models[1], kind)
+    for a, b in _paired(source, target, pairs, "joint"):
+        if np.any(a.springdamper) != np.any(b.springdamper):
+            _spell_out_spring(a, models[0])
+            _spell_out_spring(b, models[1])
+    _align_inertias(source, target, pairs, models)
+
+
+def _paired(
+    source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs, kind: str
+) -> Iterable[tuple[Element, Element]]:
+    """The paired elements of one kind."""
+    ours, theirs = elements(source, kind), elements(target, kind)
+    return ((ours[a], theirs[b]) for a, b in pairs.get(kind, []))
+
+
+def _paired_wraps(
+    source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs
+) -> list[tuple[str, str]]:
+    """The places on paired tendons, in the order of their paths."""
+    paired = []
+    for a, b in _paired(source, target, pairs, "tendon"):
+        lengths = len(a.path), len(b.path)
+        if lengths[0] != lengths[1]:
+            raise ParameterError(
+                f"tendon {a.name!r} over {lengths[0]} places, and over {lengths[1]}",
+                "as many places on both paths",
+                "Give both tendons the same path; a coefficient of 0 adds a place without effect.",
+            )
+        paired += [(f"{a.name}.{i}", f"{b.name}.{i}") for i in range(lengths[0])]
+    return paired
+
+
+def _ends_to_pose(element: Element, model: mujoco.MjModel, kind: str) -> None:
+    """Replace fromto by the pos, quat and size that the compiler made of it."""
+    if not has_fromto(element):
+        return
+    for attribute in ("pos", "quat", "size"):
+        value = getattr(model, f"{kind}_{attribute}")[element.id]
+        setattr(element, attribute, np.array(value))
+    element.fromto = np.array([np.nan, 0, 0, 0, 0, 0])
+
+
+def _spell_out_spring(joint: Element, model: mujoco.MjModel) -> None:
+    """Replace springdamper by the stiffness and damping that the compiler made of it."""
+    dof = model.jnt_dofadr[joint.id]
+    joint.stiffness[0] = model.jnt_stiffness[joint.id]
+    joint.damping[0] = model.dof_damping[dof]
+    joint.springdamper = np.zeros(2)
+
+
+def _infers_differently(source: mujoco.MjSpec, target: mujoco.MjSpec) -> bool:
+    """Whether the two compilers would infer different inertias from the same geoms."""
+    rules = ("inertiafromgeom", "settotalmass", "balanceinertia", "boundmass", "boundinertia")
+    a, b = source.compiler, target.compiler
+    same = all(getattr(a, rule) == getattr(b, rule) for rule in rules)
+    return not (same and np.array_equal(a.inertiagrouprange, b.inertiagrouprange))
+
+
+def _states_inertia(body: Element, spec: mujoco.MjSpec) -> bool:
+    """Whether a body's inertia is written down, and not inferred from its geoms."""
+    from_geoms = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    return bool(body.explicitinertial) and spec.compiler.inertiafromgeom != from_geoms
+
+
+def _align_inertias(
+    source: mujoco.MjSpec,
+    target: mujoco.MjSpec,
+    pairs: Pairs,
+    models: tuple[mujoco.MjModel, mujoco.MjModel],
+) -> None:
+    """Let paired bodies state their inertia both, or infer it both in the same way."""
+    differ = _infers_differently(source, target)
+    mixed = _mixed_masses(source, target, pairs)
+    for a, b in _paired(source, target, pairs, "body"):
+        if a.name == "world":
+            continue
+        stated = _states_inertia(a, source), _states_inertia(b, target)
+        if differ or any(stated) or a.name in mixed:
+            _state_inertia(a, models[0])
+            _state_inertia(b, models[1])
+    for a, b in _paired(source, target, pairs, "geom"):
+        if a.parent.name in mixed:
+            a.mass = b.mass = np.nan
+    if differ:
+        _stop_inferring(source.compiler)
+        _stop_inferring(target.compiler)
+
+
+def _mixed_masses(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> set[str]:
+    """Names of source bodies with a geom that states its mass on one side only, or of two types."""
+    return {
+        a.parent.name
+        for a, b in _paired(source, target, pairs, "geom")
+        if np.isnan(a.mass) != np.isnan(b.mass) or a.type != b.type
+    }
+
+
+def _state_inertia(body: Element, model: mujoco.MjModel) -> None:
+    """Write down the inertia that the compiler found for a body."""
+    i = body.id
+    if model.body_mass[i] <= 0.0:
+        return
+    body.explicitinertial = True
+    body.fullinertia = [np.nan, 0, 0, 0, 0, 0]
+    body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+    for attribute in ("mass", "ipos", "iquat", "inertia"):
+        setattr(body, attribute, getattr(model, f"body_{attribute}")[i])
+
+
+def _stop_inferring(compiler: Element) -> None:
+    """Let the stated inertias stand as they are."""
+    compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
+    compiler.settotalmass, compiler.balanceinertia = -1.0, False
+    compiler.boundmass, compiler.boundinertia = 0.0, 0.0

@@ -1,0 +1,159 @@
+"""Reading theta_S and theta_T off two robots, and finding what has no in-between."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from revolver_lab.errors import ParameterError
+from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
+from revolver_lab.evolution.parameters import CONTINUOUS, DISCRETE, LINEAR, Parameter
+from revolver_lab.evolution.ramps import Ramps, RampSpec
+from revolver_lab.evolution.theta import Block, Switch, Theta
+
+_QUANTITY = {mujoco.mjtJoint.mjJNT_SLIDE: "m"}
+
+
+def read_theta(
+    source: mujoco.MjSpec,
+    target: mujoco.MjSpec,
+    pairs: Pairs,
+    *,
+    f: RampSpec,
+    switch: float | Mapping[str, float] | None,
+) -> Theta:
+    """Read theta_S and theta_T off two padded, aligned robots.
+
+    Args:
+        source: The source robot, canonical.
+        target: The target robot, canonical.
+        pairs: For each kind of element, (name in source, name in target).
+        f: The interpolation function, or patterns over the names of theta.
+        switch: alpha at which discrete differences switch: one for all, or by name.
+
+    Raises:
+        ParameterError: If discrete attributes differ and no alpha is named for them, or a
+            continuous one has no in-between.
+    """
+    blocks: list[Block] = []
+    differences: list[Switch] = []
+    for kind, parameters in CONTINUOUS.items():
+        ours, theirs = elements(source, kind), elements(target, kind)
+        for a, b in pairs.get(kind, []):
+            if (kind, a) == ("body", "world"):
+                continue
+            for parameter in parameters:
+                blocks.extend(_block((kind, a), ours[a], theirs[b], parameter))
+            differences += _differences((kind, a), ours[a], theirs[b])
+    return Theta(tuple(blocks), _switched(differences, switch), Ramps(f))
+
+
+def _differences(name: tuple[str, str], ours: Element, theirs: Element) -> list[Switch]:
+    """The discrete attributes in which two paired elements differ."""
+    values = ((a, getattr(ours, a), getattr(theirs, a)) for a in DISCRETE.get(name[0], ()))
+    return [
+        Switch(element=name, attribute=attribute, source=old, target=new, alpha=1.0)
+        for attribute, old, new in values
+        if old != new
+    ]
+
+
+def _flat(element: Element, attribute: str) -> np.ndarray:
+    return np.array(getattr(element, attribute), dtype=float).reshape(-1)
+
+
+_STATED = ("mass", "ipos", "iquat", "inertia")
+
+
+def _given(kind: str, element: Element, attribute: str) -> bool:
+    """Whether an attribute is given, and not inferred from another one."""
+    if not hasattr(element, attribute):
+        return False
+    if kind == "body" and attribute in _STATED:
+        return bool(element.explicitinertial)
+    if kind in ("geom", "site") and attribute in ("pos", "quat"):
+        return not has_fromto(element)
+    if kind == "geom" and attribute == "density":
+        return not np.isfinite(element.mass)
+    # "Not given" is not-a-number in the first place: for fromto, MuJoCo marks no other.
+    value = _flat(element, attribute)
+    return bool(len(value)) and bool(np.isfinite(value[0]))
+
+
+def _block(
+    name: tuple[str, str], ours: Element, theirs: Element, parameter: Parameter
+) -> list[Block]:
+    """The block of one attribute, or none where neither robot gives it."""
+    kind = name[0]
+    path = "/".join((*name, parameter.attribute))
+    given = [_given(kind, element, parameter.attribute) for element in (ours, theirs)]
+    if not any(given):
+        return []
+    source, target = _flat(ours, parameter.attribute), _flat(theirs, parameter.attribute)
+    if not all(given) or source.shape != target.shape:
+        raise ParameterError(
+            f"{path} given as {source.tolist()} in one robot and as {target.tolist()} in the other",
+            "as many numbers in both",
+            "Write this attribute in both files.",
+        )
+    _check_between(path, parameter, source, target)
+    unit = _unit(kind, ours, parameter)
+    size = len(source) if parameter.how == LINEAR else 3
+    labels = [path] if size == 1 else [f"{path}[{i}]" for i in range(size)]
+    names = tuple(f"{label} [{unit}]" if unit else label for label in labels)
+    return [Block(element=name, parameter=parameter, source=source, target=target, names=names)]
+
+
+def _unit(kind: str, element: Element, parameter: Parameter) -> str:
+    """The unit of a parameter; a joint's depends on whether it turns or slides."""
+    if kind != "joint":
+        return parameter.unit
+    return parameter.unit.format(q=_QUANTITY.get(element.type, "rad"))
+
+
+def _check_between(path: str, parameter: Parameter, a: np.ndarray, b: np.ndarray) -> None:
+    """Refuse two values between which there is nothing."""
+    if parameter.attribute.startswith("solref") and np.any(a * b < 0):
+        raise ParameterError(
+            f"{path} = {a.tolist()} in one robot and {b.tolist()} in the other",
+            "both positive (time constant, damping ratio) or both negative (stiffness, damping)",
+            "Write both in the same of MuJoCo's two forms.",
+        )
+
+
+def _switched(
+    differences: list[Switch], switch: float | Mapping[str, float] | None
+) -> tuple[Switch, ...]:
+    """Give every discrete difference its alpha, or refuse those that have none."""
+    paths = [difference.path for difference in differences]
+    if isinstance(switch, Mapping):
+        table = dict(switch)
+        _refuse_unknown(set(table) - set(paths), paths)
+    else:
+        table = {} if switch is None else dict.fromkeys(paths or ["switch"], switch)
+    for name, alpha in table.items():
+        if not 0.0 < alpha <= 1.0:
+            raise ParameterError(
+                f"switch at alpha = {alpha} for {name!r}", "0 < alpha <= 1", "Name another alpha."
+            )
+    refused = [d for d in differences if d.path not in table]
+    if refused:
+        listed = "; ".join(f"{d.path}: {d.source} -> {d.target}" for d in refused)
+        raise ParameterError(
+            f"discrete attributes that differ: {listed}",
+            "equal ones, which can be interpolated around",
+            "Make them equal, or name the alpha at which they switch: switch=0.5, or "
+            f"switch={{{refused[0].path!r}: 0.5, ...}}.",
+        )
+    return tuple(replace(d, alpha=float(table[d.path])) for d in differences)
+
+
+def _refuse_unknown(unknown: set[str], known: list[str]) -> None:
+    """Refuse switches for what does not differ."""
+    if unknown:
+        raise ParameterError(
+            f"switch for {sorted(unknown)}, which do not differ",
+            f"{known}" if known else "nothing: the robots agree in every discrete attribute",
+            "Remove them.",
+        )
