@@ -103,7 +103,7 @@ def _orders(slides: list[bool]) -> list[list[int]]:
         run = list(group)
         many = is_slide and len(run) <= 4
         runs.append([list(p) for p in itertools.permutations(run)] if many else [run])
-    return [sum(choice, []) for choice in itertools.product(*runs)]
+    return [list(itertools.chain(*choice)) for choice in itertools.product(*runs)]
 
 
 def _align(

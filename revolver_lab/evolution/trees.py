@@ -1,4 +1,4 @@
-"""The correspondence of two kinematic trees that creates the fewest nodes, as pure combinatorics."""
+"""Finds the correspondence of two kinematic trees that creates the fewest nodes."""
 
 import math
 from collections import Counter

@@ -145,8 +145,14 @@ def _path(tendon: object, twins: dict[str, _Twins] | None) -> Hashable:
 def _drive(actuator: object, twins: dict[str, _Twins] | None) -> Hashable:
     """What an actuator drives, and how."""
     trn = mujoco.mjtTrn
-    kinds = {trn.mjTRN_JOINT: "joint", trn.mjTRN_JOINTINPARENT: "joint", trn.mjTRN_BODY: "body",
-             trn.mjTRN_SITE: "site", trn.mjTRN_SLIDERCRANK: "site", trn.mjTRN_TENDON: "tendon"}  # fmt: skip
+    kinds = {
+        trn.mjTRN_JOINT: "joint",
+        trn.mjTRN_JOINTINPARENT: "joint",
+        trn.mjTRN_BODY: "body",
+        trn.mjTRN_SITE: "site",
+        trn.mjTRN_SLIDERCRANK: "site",
+        trn.mjTRN_TENDON: "tendon",
+    }
     a = actuator
     names = (
         _twin(twins, kinds[a.trntype], a.target),  # type: ignore[attr-defined]

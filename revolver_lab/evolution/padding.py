@@ -1,0 +1,171 @@
+"""Gives two robots the same bodies, joints and actuators: what one lacks is created at zero size."""
+
+from dataclasses import dataclass
+
+import mujoco
+
+from revolver_lab.evolution.canonical import LISTS, canonical, refuse_scaled_frames
+from revolver_lab.evolution.copying import copy_asset
+from revolver_lab.evolution.growing import Grower, Twins
+from revolver_lab.evolution.matching import Matching
+from revolver_lab.evolution.naming import free_name
+from revolver_lab.evolution.rerooting import reroot
+
+_KINDS = {
+    "body": "bodies",
+    "joint": "joints",
+    "geom": "geoms",
+    "site": "sites",
+    "tendon": "tendons",
+    "actuator": "actuators",
+    "equality": "equalities",
+    "sensor": "sensors",
+    "pair": "pairs",
+    "exclude": "excludes",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Padded:
+    """Two robots with the same bodies, joints and actuators.
+
+    Attributes:
+        source: The source, with what only the target has, at zero size.
+        target: The target, likewise; its elements may come in another order.
+        pairs: For each kind ("body", "joint", ...), (name in source, name in target).
+    """
+
+    source: mujoco.MjSpec
+    target: mujoco.MjSpec
+    pairs: dict[str, list[tuple[str, str]]]
+
+
+def pad(source: mujoco.MjSpec, target: mujoco.MjSpec, matching: Matching) -> Padded:
+    """Create on either side, at zero size, what only the other one has.
+
+    Where nothing has to be created both are returned as they are, and compile to the same arrays.
+    The source keeps its root; a target that is rooted elsewhere is re-rooted. What is created
+    hangs at the place that it has in the other robot, its lengths times `shrinking.EPSILON`.
+    World geoms, lights, cameras and keyframes that only one robot has stay where they are.
+
+    Args:
+        source: A robot from `read_robot`.
+        target: Another.
+        matching: What corresponds in the two.
+
+    Returns:
+        The two padded robots, both of which compile, and what corresponds in them.
+
+    Raises:
+        MatchingError: If something to be created depends on a part of the other robot's scene.
+    """
+    ours, theirs = _floating_root(source), _floating_root(target)
+    moved = matching.source_root != ours or matching.target_root != theirs
+    twins, back = _twins(matching)
+    if not moved and not _lacks(source, target, twins, back):
+        return Padded(source=source.copy(), target=target.copy(), pairs=_pairs(source, target, twins))
+    for spec in (source, target):
+        refuse_scaled_frames(spec)
+    host, guest = canonical(source), canonical(target)
+    if matching.source_root != ours:
+        host = reroot(host, matching.source_root)
+    if matching.target_root != theirs:
+        guest = reroot(guest, matching.target_root)
+    grown = host.copy(), guest.copy()
+    to_source = Grower(grown[0], guest, back).grow()
+    to_target = Grower(grown[1], host, twins).grow()
+    names = _joined(to_target, to_source)
+    if matching.source_root != ours:
+        grown = reroot(grown[0], ours), reroot(grown[1], names["body"][ours])
+    _separate_meshes(*grown, names)
+    return Padded(source=grown[0], target=grown[1], pairs=_pairs(*grown, names))
+
+
+def _floating_root(spec: mujoco.MjSpec) -> str:
+    """The first body with a free joint, "" where there is none."""
+    free = mujoco.mjtJoint.mjJNT_FREE
+    return next((b.name for b in spec.bodies if any(j.type == free for j in b.joints)), "")
+
+
+def _twins(matching: Matching) -> tuple[Twins, Twins]:
+    """The matched names of each kind, from source to target and back."""
+    forth: Twins = {}
+    back: Twins = {}
+    for kind, plural in _KINDS.items():
+        pairs = [(s, t) for s, t in getattr(matching, plural) if s is not None and t is not None]
+        forth[kind] = dict(pairs)
+        back[kind] = {t: s for s, t in pairs}
+    return forth, back
+
+
+def _lacks(source: mujoco.MjSpec, target: mujoco.MjSpec, twins: Twins, back: Twins) -> bool:
+    """Whether one robot has something to be created in the other."""
+    return any(
+        element.name not in known[kind]
+        for kind in ("body", "joint", "geom", "site", "tendon", "actuator", "equality")
+        for spec, known in ((source, twins), (target, back))
+        for element in getattr(spec, _KINDS[kind])
+        if not _is_scenery(kind, element)
+    )
+
+
+def _is_scenery(kind: str, element: object) -> bool:
+    """Whether an element belongs to the scene, which is the source's."""
+    if kind == "geom":
+        planes = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD
+        return element.parent.name == "world" or element.type in planes  # type: ignore
+    return kind == "body" and element.name == "world"  # type: ignore[attr-defined]
+
+
+def _joined(forth: Twins, back: Twins) -> Twins:
+    """What corresponds after both have grown: source to target."""
+    joined: Twins = {}
+    for kind in _KINDS:
+        joined[kind] = dict(forth.get(kind, {}))
+        for there, here in back.get(kind, {}).items():
+            joined[kind].setdefault(here, there)
+        joined[kind].pop("world", None)
+    return joined
+
+
+def _pairs(
+    source: mujoco.MjSpec, target: mujoco.MjSpec, twins: Twins
+) -> dict[str, list[tuple[str, str]]]:
+    """Pairs of every kind, in the source's order; cameras, lights and keys by equal names."""
+    pairs: dict[str, list[tuple[str, str]]] = {}
+    for kind, plural in (_KINDS | LISTS).items():
+        names = [element.name for element in getattr(source, plural)]
+        if kind in ("camera", "light", "key"):
+            there = {element.name for element in getattr(target, plural)}
+            pairs[kind] = [(name, name) for name in names if name in there]
+        elif kind != "mesh":
+            pairs[kind] = [(n, twins[kind][n]) for n in names if n in twins[kind]]
+    pairs["mesh"] = _paired_meshes(source, target, pairs["geom"])
+    return pairs
+
+
+def _paired_meshes(
+    source: mujoco.MjSpec, target: mujoco.MjSpec, geoms: list[tuple[str, str]]
+) -> list[tuple[str, str]]:
+    """Meshes of paired geoms, each source mesh once."""
+    found: dict[str, str] = {}
+    for a, b in geoms:
+        meshes = source.geom(a).meshname, target.geom(b).meshname
+        if all(meshes):
+            found.setdefault(*meshes)
+    return list(found.items())
+
+
+def _separate_meshes(source: mujoco.MjSpec, target: mujoco.MjSpec, names: Twins) -> None:
+    """Copy a source mesh under a new name where two of its geoms become different meshes."""
+    partner: dict[str, str] = {}
+    for a, b in names["geom"].items():
+        geom, there = source.geom(a), target.geom(b).meshname
+        if not geom.meshname or not there:
+            continue
+        if partner.setdefault(geom.meshname, there) != there:
+            mesh = next(m for m in source.meshes if m.name == geom.meshname)
+            name = free_name(mesh.name, {m.name for m in source.meshes})
+            copy_asset(source, source, "mesh", mesh, name)
+            geom.meshname = name
+            partner[name] = there

@@ -1,0 +1,155 @@
+"""How each kind of element is written at zero size: there in name, absent in effect."""
+
+import mujoco
+import numpy as np
+
+EPSILON = 1e-3
+"""Factor of every created length, and of the gear of every created actuator."""
+
+HOLD = 1e4
+"""Times a joint's own inertia that holds a joint created where the bodies are welded."""
+
+_TINY_MASS, _TINY_INERTIA = 1e-9, 1e-12
+_SLIDE = mujoco.mjtJoint.mjJNT_SLIDE
+_FREELY_SIZED = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
+
+
+def shrink_body(body: mujoco.MjsBody, model: mujoco.MjModel, donor: str, *, inner: bool) -> None:
+    """Shrink a created body's frame and inertia.
+
+    Args:
+        body: The copy.
+        model: The compiled robot that it was copied from.
+        donor: Its name there.
+        inner: Whether its parent is created too; a body on a matched parent keeps its place.
+    """
+    i = model.body(donor).id
+    if inner:
+        body.pos = np.array(body.pos) * EPSILON
+    body.gravcomp = 0.0
+    body.explicitinertial = model.body_mass[i] > 0.0
+    if body.explicitinertial:
+        body.fullinertia = [np.nan, 0, 0, 0, 0, 0]
+        body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+        body.mass = model.body_mass[i] * EPSILON**3 + _TINY_MASS
+        body.inertia = model.body_inertia[i] * EPSILON**5 + _TINY_INERTIA
+        body.ipos, body.iquat = model.body_ipos[i] * EPSILON, model.body_iquat[i]
+
+
+def shrink_joint(joint: mujoco.MjsJoint, model: mujoco.MjModel, donor: str) -> None:
+    """Shrink a joint of a created body; it keeps its timing.
+
+    The inertia that the joint loses with its limb is given to its armature, so stiffness,
+    damping and limits act as fast as they do at full size. Armature does not push back on the
+    parent body, so nothing of this is felt by the rest of the robot.
+
+    Args:
+        joint: The copy.
+        model: The compiled robot that it was copied from.
+        donor: Its name there.
+    """
+    joint.pos = np.array(joint.pos) * EPSILON
+    if joint.type == _SLIDE:
+        for attribute in ("range", "ref", "springref"):
+            setattr(joint, attribute, np.array(getattr(joint, attribute)) * EPSILON)
+    first = model.joint(donor).dofadr[0]
+    count = 3 if joint.type == mujoco.mjtJoint.mjJNT_BALL else 1
+    joint.armature = float(np.max(model.dof_M0[first : first + count]))
+    spell_out_spring(joint, model, donor)
+
+
+def spell_out_spring(joint: mujoco.MjsJoint, model: mujoco.MjModel, donor: str) -> None:
+    """Replace springdamper, which depends on inertia, by the constants of the full size."""
+    if np.any(joint.springdamper):
+        i = model.joint(donor).id
+        joint.stiffness = [float(model.jnt_stiffness[i]), 0.0, 0.0]
+        joint.damping = [float(model.dof_damping[model.jnt_dofadr[i]]), 0.0, 0.0]
+        joint.springdamper = [0.0, 0.0]
+
+
+def hold_joint(joint: mujoco.MjsJoint, inertia: float, timestep: float) -> None:
+    """Hold a joint at its reference, by inertia and a slow, critically damped spring.
+
+    Limits and friction leak a hundred times as much (measured), and a stiff spring is unstable;
+    a spring of frequency 0.1 / timestep is slow enough for every integrator.
+
+    Args:
+        joint: A joint between two bodies that are welded in this robot.
+        inertia: What the joint carries, as MuJoCo's dof_M0.
+        timestep: Of the simulation [s].
+    """
+    rate = 0.1 / timestep
+    joint.armature = HOLD * inertia
+    joint.springdamper = [0.0, 0.0]
+    joint.stiffness = [joint.armature * rate**2, 0.0, 0.0]
+    joint.damping = [2.0 * joint.armature * rate, 0.0, 0.0]
+    joint.springref = joint.ref
+    joint.frictionloss = 0.0
+    low, high = np.array(joint.range)
+    joint.range = [min(low, joint.ref - 1.0), max(high, joint.ref + 1.0)]
+
+
+def shrink_shape(shape: object, *, inner: bool) -> None:
+    """Shrink a created geom or site, about its own middle on a matched body.
+
+    Args:
+        shape: The copy.
+        inner: Whether its body is created too, so that its place shrinks as well.
+    """
+    s = shape
+    s.size = np.array(s.size) * EPSILON  # type: ignore[attr-defined]
+    ends = np.array(s.fromto).reshape(2, 3)  # type: ignore[attr-defined]
+    middle = np.zeros(3) if inner else ends.mean(axis=0)
+    if np.isfinite(ends).all():
+        s.fromto = (middle + (ends - middle) * EPSILON).ravel()  # type: ignore[attr-defined]
+    if inner:
+        s.pos = np.array(s.pos) * EPSILON  # type: ignore[attr-defined]
+    if np.isfinite(getattr(s, "mass", np.nan)):
+        s.mass = s.mass * EPSILON**3  # type: ignore[attr-defined]
+
+
+def can_shrink(geom: mujoco.MjsGeom) -> bool:
+    """Whether a geom has a size of its own; planes and height fields belong to the scene."""
+    return geom.type not in _FREELY_SIZED
+
+
+def shrink_mesh(mesh: mujoco.MjsMesh, volume: float) -> None:
+    """Shrink a mesh, but not below the volume that MuJoCo accepts.
+
+    Args:
+        mesh: The copy.
+        volume: About its full volume [m^3].
+    """
+    factor = max(EPSILON, (1e-12 / max(volume, 1e-12)) ** (1 / 3))
+    mesh.scale = np.array(mesh.scale) * factor
+
+
+def shrink_actuator(actuator: mujoco.MjsActuator, model: mujoco.MjModel, donor: str) -> None:
+    """Let a created actuator push with almost no force."""
+    actuator.gear = np.array(actuator.gear) * EPSILON
+    actuator.damping = np.array(actuator.damping) * EPSILON
+    actuator.armature = actuator.armature * EPSILON
+    if actuator.gaintype == mujoco.mjtGain.mjGAIN_MUSCLE:
+        i = model.actuator(donor).id
+        actuator.lengthrange = model.actuator_lengthrange[i] * EPSILON
+
+
+def shrink_tendon(tendon: mujoco.MjsTendon) -> None:
+    """Let a created tendon pull with almost no force, and never reach its limits."""
+    for attribute in ("stiffness", "damping"):
+        setattr(tendon, attribute, np.array(getattr(tendon, attribute)) * EPSILON)
+    tendon.frictionloss *= EPSILON
+    tendon.armature *= EPSILON
+    if tendon.limited:
+        low, high = np.array(tendon.range)
+        room = 10.0 * max(1.0, abs(low), abs(high))
+        tendon.range = [low - room, high + room]
+
+
+def shrink_equality(equality: mujoco.MjsEquality, *, anchored: bool) -> None:
+    """Let a created equality constraint hold with almost no force."""
+    equality.solimp = [1e-4, 1e-4, 1e-3, 0.5, 2.0]
+    if anchored and equality.type in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
+        data = np.array(equality.data)
+        data[:6] *= EPSILON
+        equality.data = data
