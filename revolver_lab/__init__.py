@@ -18,8 +18,8 @@ _PUBLIC = {
     "load_expert": "revolver_lab.experts",
     "train_expert": "revolver_lab.experts",
     "Schedule": "revolver_lab.schedule",
-    "transfer": "revolver_lab.transfer",
-    "evaluate": "revolver_lab.evaluate",
+    "transfer": "revolver_lab.algorithm1",
+    "evaluate": "revolver_lab.evaluation",
     "lab": "revolver_lab.lab",
     "errors": "revolver_lab.errors",
 }
@@ -46,11 +46,11 @@ if TYPE_CHECKING:
     from revolver_lab import errors, lab
     from revolver_lab.envs import suite
     from revolver_lab.envs.vector import make_vec_env
-    from revolver_lab.evaluate import evaluate
+    from revolver_lab.evaluation import evaluate
     from revolver_lab.evolution.evolution import Evolution
     from revolver_lab.evolution.ramps import ramp
     from revolver_lab.experts import load_expert, train_expert
     from revolver_lab.policies import Policy
     from revolver_lab.robots.registry import load, names
     from revolver_lab.schedule import Schedule
-    from revolver_lab.transfer import transfer
+    from revolver_lab.algorithm1 import transfer

@@ -22,7 +22,7 @@ LAYERS = [
     ["tasks"],
     ["robots"],
     ["envs"],
-    ["weights", "cards", "policies"],
+    ["weights", "cards", "lifting", "policies"],
     ["schedule", "methods"],
     ["learners"],
     ["evaluation", "logs", "recorder"],

@@ -1,0 +1,140 @@
+"""Experts: the policies on E(0) that a transfer starts from, and how to train them again."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from revolver_lab.algorithm1 import transfer
+from revolver_lab.errors import PolicyFileError, SettingsError
+from revolver_lab.evaluation import evaluate
+from revolver_lab.learners.settings import COURSE, LearnerSettings
+from revolver_lab.logs import TransferLog, write_table
+from revolver_lab.policies import Policy
+from revolver_lab.recorder import Progress
+from revolver_lab.robots import registry
+from revolver_lab.schedule import Schedule
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Stage:
+    """One stage of an expert's training, on the source robot.
+
+    Attributes:
+        task: The reward, by its name in the registry.
+        steps: Environment steps [steps].
+        learner: The learning algorithm and its settings.
+    """
+
+    task: str
+    steps: int
+    learner: LearnerSettings
+
+
+# Dense until it runs, then the sparse reward that the transfer will have (facts, section 7).
+_CHEETAH = (
+    Stage(task="dense", steps=64_000,
+          learner=dataclasses.replace(COURSE, updates=2, ent_coef="auto_0.1")),
+    Stage(task="sparse", steps=32_000, learner=COURSE),
+)  # fmt: skip
+
+RECIPES: Mapping[str, tuple[Stage, ...]] = {
+    "cheetah-front-leg": _CHEETAH,
+    "cheetah-short-legs": _CHEETAH,
+    "cheetah-long-legs": _CHEETAH,
+}
+"""Robot -> how its expert is trained; the cheetahs share one source and so one expert."""
+
+_FRESH_SEED = 2_000_000  # of the episodes on a card: neither training nor selection saw them
+
+
+def expert_folder() -> Path:
+    """Returns the folder of shipped experts: the repository's, or the installed package's."""
+    inside = Path(__file__).parent / "assets" / "experts"
+    return inside if inside.is_dir() else Path(__file__).parent.parent / "assets" / "experts"
+
+
+def load_expert(name: str) -> Policy:
+    """Loads the shipped expert of a registered robot, critic included; torch is not needed.
+
+    Args:
+        name: One of `revolver_lab.names()`.
+
+    Raises:
+        UnknownNameError: If there is no such robot.
+        PolicyFileError: If no expert is shipped for it.
+
+    Example:
+        >>> load_expert("cheetah-front-leg").action_size
+        6
+    """
+    registry.get(name)
+    path = expert_folder() / f"{name}.safetensors"
+    if not path.is_file():
+        shipped = sorted(p.stem for p in expert_folder().glob("*.safetensors"))
+        raise PolicyFileError(f"expert of {name!r}", f"one of {shipped}",
+                              f"Train one: revolver-lab train-expert {name}.")  # fmt: skip
+    return Policy.load(path)
+
+
+def train_expert(
+    name: str,
+    *,
+    seed: int = 0,
+    out: str | Path | None = None,
+    stages: tuple[Stage, ...] | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Policy:
+    """Trains an expert on E(0), stage after stage, with the loop that transfers: alpha stays 0.
+
+    Args:
+        name: One of `revolver_lab.names()`.
+        seed: Seed of everything random.
+        out: Folder for NAME.safetensors, its card NAME.json and its curve NAME.csv; None
+            saves nothing.
+        stages: The recipe; None is the robot's own.
+        progress: Called as episodes end, see `revolver_lab.recorder.Progress`.
+
+    Returns:
+        The expert, critic included; its card holds its mean return over 20 episodes.
+
+    Raises:
+        UnknownNameError: If there is no such robot.
+        SettingsError: If no recipe is known for it.
+    """
+    robot = registry.get(name)
+    stages = stages or RECIPES.get(name)
+    if not stages:
+        raise SettingsError(f"no recipe for {robot.name!r}", f"{sorted(RECIPES)}",
+                            "Pass stages=(Stage(...), ...) of your own.")  # fmt: skip
+    policies: list[Policy] = []
+    rows, done = [], 0
+    stay = Schedule(alpha_end=0.0, xi=0.0)
+    for stage in stages:
+        log = transfer(
+            policies[-1] if policies else None, name, stay, learner=stage.learner,
+            steps=stage.steps, seed=seed, task=stage.task, evaluate_every=4_000, evaluate_episodes=20, keep_best=True,
+            progress=progress,
+        )  # fmt: skip
+        rows += _curve(log, stage, done)
+        policies.append(log.policy)
+        done += log.steps
+        if out is not None:
+            write_table(Path(out) / f"{name}.csv", rows)
+    expert = policies[-1]
+    fresh = evaluate(expert, name, 0.0, 20, seed=_FRESH_SEED, task=stages[-1].task)
+    expert = expert.with_card(dataclasses.replace(
+        expert.card, steps=done, episode_return=float(fresh.mean()),
+        note="The best of its last stage's evaluations; the return is of 20 episodes more.",
+    ))  # fmt: skip
+    if out is not None:
+        expert.save(Path(out) / f"{name}.safetensors")
+    return expert
+
+
+def _curve(log: TransferLog, stage: Stage, before: int) -> list[dict]:
+    """Returns the stage's training curve, one row an evaluation."""
+    return [
+        {"task": stage.task, "steps": before + record.steps, "mean_return": record.mean,
+         "lowest": min(record.returns), "highest": max(record.returns)}
+        for record in log.evaluations
+    ]  # fmt: skip

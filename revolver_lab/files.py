@@ -1,0 +1,62 @@
+"""Atomic writing: a file is the old one or the new one, never half of each."""
+
+import contextlib
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+
+def write_atomically(path: str | Path, content: bytes | str) -> Path:
+    """Writes a file through a temporary neighbour that is renamed into place.
+
+    A process killed at any moment, or a full disk, leaves what was there before.
+
+    Args:
+        path: Where the content goes; folders on the way are made.
+        content: The bytes, or text that is encoded as UTF-8.
+
+    Returns:
+        The path written.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    data = content.encode() if isinstance(content, str) else content
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".tmp", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, 0o644)  # mkstemp makes files that only their owner may read
+        os.replace(temporary, path)
+    except BaseException:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(temporary)
+        raise
+    return path
+
+
+def write_json(path: str | Path, value: Any) -> Path:
+    """Writes a value as indented JSON, atomically; a non-finite number becomes null.
+
+    Args:
+        path: Where the JSON goes.
+        value: Dictionaries, lists, strings, numbers and None.
+
+    Returns:
+        The path written.
+    """
+    return write_atomically(path, json.dumps(_finite(value), indent=2, allow_nan=False) + "\n")
+
+
+def _finite(value: Any) -> Any:
+    """Replaces nan and infinity, which JSON does not have, by None."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not abs(value) < float("inf"):
+        return None
+    return value

@@ -1,0 +1,165 @@
+"""The schedule of Algorithm 1: which robots a phase draws, and when the next phase begins."""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from revolver_lab.errors import SettingsError
+
+
+def _require(holds: bool, given: str, allowed: str, remedy: str) -> None:
+    """Raises SettingsError unless the condition holds."""
+    if not holds:
+        raise SettingsError(given, allowed, remedy)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Adaptive:
+    """The paper's adaptive schedule: a phase that struggles gets more episodes (section 4.4).
+
+    Attributes:
+        ratio: A phase is good enough when its latest episodes return at least this fraction of
+            what the previous phases returned at their end.
+        memory: How many previous phases are averaged for that comparison.
+        episodes_limit: After this many episodes a phase ends however poor it is.
+    """
+
+    ratio: float = 0.7
+    memory: int = 3
+    episodes_limit: int = 200
+
+    def __post_init__(self) -> None:
+        """Refuses settings that cannot work."""
+        _require(0 < self.ratio <= 1, f"ratio = {self.ratio}", "a fraction in (0, 1]", "Try 0.7.")
+        _require(self.memory >= 1, f"memory = {self.memory}", "1 or more phases", "Try 3.")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Schedule:
+    """The path of alpha and the window of beta around it (Algorithm 1, lines 6 to 14 and 27).
+
+    A schedule knows no environment and no learner: it says which beta to draw, what to keep
+    in the replay and when a phase is over.
+
+    Attributes:
+        alpha_step: l_k in the paper, the progress of alpha from one phase to the next.
+        xi: Width of the interval from which beta is drawn; 0 is the deterministic variant.
+        episodes_per_phase: N_e in the paper, episodes a phase, over all simulations together.
+        final_episodes: Episodes of the last phase, at alpha = 1; None is `episodes_per_phase`.
+        shaping: h in the paper; rewards are multiplied by exp(h beta) when they are sampled.
+        window: Width of the interval of beta, ending at alpha + xi, that survives the cleaning
+            of the replay; None is xi, the paper's [alpha, alpha + xi]; infinity keeps all.
+        adaptive: None for a fixed schedule.
+        alpha_start: Where alpha begins; 1 leaves the last phase only, which is direct transfer.
+        alpha_end: Where alpha ends, exactly; 0 stays on the source, which trains an expert.
+
+    Example:
+        >>> schedule = Schedule(alpha_step=0.4, xi=0.5, episodes_per_phase=8)
+        >>> schedule.alphas
+        (0.0, 0.4, 0.8, 1.0)
+        >>> 0.8 <= schedule.draw(0.8, np.random.default_rng(0)) <= 1.0
+        True
+    """
+
+    alpha_step: float = 0.04
+    xi: float = 0.12
+    episodes_per_phase: int = 8
+    final_episodes: int | None = None
+    shaping: float = 0.0
+    window: float | None = None
+    adaptive: Adaptive | None = None
+    alpha_start: float = 0.0
+    alpha_end: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuses settings that cannot work, before the first step."""
+        _require(0 < self.alpha_step <= 1, f"alpha_step = {self.alpha_step}",
+                 "a number in (0, 1]", "The course uses 0.04.")  # fmt: skip
+        _require(self.xi == 0 or self.alpha_step < self.xi <= 1,
+                 f"xi = {self.xi} with alpha_step = {self.alpha_step}",
+                 "0 (deterministic), or a number in (alpha_step, 1], as the paper's l_k < xi",
+                 "Raise xi or lower alpha_step.")  # fmt: skip
+        _require(0 <= self.alpha_start <= self.alpha_end <= 1,
+                 f"alpha from {self.alpha_start} to {self.alpha_end}",
+                 "0 <= alpha_start <= alpha_end <= 1", "Leave them at 0 and 1.")  # fmt: skip
+        _require(math.isfinite(self.shaping) and abs(self.shaping) <= 20,
+                 f"shaping = {self.shaping}", "a number in [-20, 20]",
+                 "The paper uses h = 1; 0 turns it off.")  # fmt: skip
+        _require(self.window is None or self.window >= self.xi,
+                 f"window = {self.window} with xi = {self.xi}", "None, or xi and more",
+                 "A narrower window would drop the robots being drawn.")  # fmt: skip
+        self._require_episodes()
+
+    def _require_episodes(self) -> None:
+        """Refuses numbers of episodes that no phase can have."""
+        for name in ("episodes_per_phase", "final_episodes"):
+            value = getattr(self, name)
+            _require(value is None or value >= 1, f"{name} = {value}", "1 or more", "Try 8.")
+        limit = self.adaptive.episodes_limit if self.adaptive else math.inf
+        _require(limit >= self.episodes_per_phase, f"episodes_limit = {limit}",
+                 f"episodes_per_phase = {self.episodes_per_phase} or more",
+                 "Raise the limit of the adaptive schedule.")  # fmt: skip
+
+    @property
+    def alphas(self) -> tuple[float, ...]:
+        """Returns alpha of every phase: alpha_k = sum of l_i (section 4.2), the last exact."""
+        count = math.ceil((self.alpha_end - self.alpha_start) / self.alpha_step - 1e-9)
+        before = (self.alpha_start + k * self.alpha_step for k in range(count))
+        return (*(round(alpha, 12) for alpha in before), float(self.alpha_end))
+
+    def draw(self, alpha: float, rng: np.random.Generator) -> float:
+        """Draws beta ~ Uniform(alpha, min(alpha + xi, 1)) (Algorithm 1, line 14).
+
+        Args:
+            alpha: Alpha of the phase, in [0, 1].
+            rng: The stream that beta is drawn from.
+        """
+        return float(rng.uniform(alpha, min(alpha + self.xi, 1.0)))
+
+    def kept(self, alpha: float) -> tuple[float, float]:
+        """Returns the interval of beta that survives the cleaning at alpha (line 28)."""
+        width = self.xi if self.window is None else self.window
+        return alpha - (width - self.xi), alpha + self.xi
+
+    def episodes(self, alpha: float) -> int:
+        """Returns how many episodes the phase at alpha has, at the least."""
+        if alpha == self.alpha_end and self.final_episodes is not None:
+            return self.final_episodes
+        return self.episodes_per_phase
+
+    def phase_over(self, alpha: float, returns: Sequence[float], previous: Sequence[float]) -> bool:
+        """Says whether the phase at alpha has run long enough (line 12, and section 4.4).
+
+        Args:
+            alpha: Alpha of the phase.
+            returns: Unshaped returns of the episodes this phase has finished, in order.
+            previous: What each earlier phase returned at its end, in order.
+        """
+        least = self.episodes(alpha)
+        if len(returns) < least:
+            return False
+        if self.adaptive is None or not previous or len(returns) >= self.adaptive.episodes_limit:
+            return True
+        reference = float(np.mean(previous[-self.adaptive.memory :]))
+        allowed_drop = (1 - self.adaptive.ratio) * abs(reference)
+        return float(np.mean(returns[-least:])) >= reference - allowed_drop
+
+    def check(self, simulations: int) -> None:
+        """Refuses a phase that is shorter than an episode of every simulation.
+
+        beta is redrawn only when an episode ends: with a shorter phase some simulations would
+        still run robots of the phase before, and cleaning would drop what they bring.
+
+        Args:
+            simulations: Number of simulations that share the phase.
+
+        Raises:
+            SettingsError: If fewer episodes than simulations make a phase.
+        """
+        shortest = min(self.episodes(alpha) for alpha in {self.alpha_start, self.alpha_end})
+        _require(shortest >= simulations, f"a phase of {shortest} episodes",
+                 f"{simulations} or more, one for each of {simulations} simulations",
+                 "Raise episodes_per_phase or use fewer simulations: such a phase is shorter "
+                 "than an episode.")  # fmt: skip

@@ -1,0 +1,98 @@
+"""Named arrays in a safetensors file: written atomically, refused when torn, never executed."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from revolver_lab.errors import PolicyFileError
+from revolver_lab.files import write_atomically
+
+_LARGEST_FILE = 1 << 28  # bytes; what this package writes is below 10 MB
+
+
+def save_weights(
+    path: str | Path, weights: Mapping[str, np.ndarray], metadata: Mapping[str, str]
+) -> Path:
+    """Writes arrays and a digest of them, atomically.
+
+    Args:
+        path: The file.
+        weights: Arrays by name.
+        metadata: Strings by name, kept in the header.
+    """
+    from safetensors.numpy import save
+
+    arrays = {name: np.ascontiguousarray(weights[name]) for name in sorted(weights)}
+    return write_atomically(path, save(arrays, metadata={**metadata, "digest": digest(arrays)}))
+
+
+def load_weights(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """Reads what `save_weights` wrote.
+
+    Args:
+        path: The file.
+
+    Returns:
+        Arrays by name, and the metadata.
+
+    Raises:
+        PolicyFileError: If the file is missing, torn, altered or of another kind.
+    """
+    from safetensors import SafetensorError
+    from safetensors.numpy import load
+
+    path = Path(path)
+    try:
+        if path.stat().st_size > _LARGEST_FILE:
+            raise refusal(path, f"is larger than {_LARGEST_FILE} bytes")
+        content = path.read_bytes()
+    except OSError as error:
+        raise refusal(path, f"cannot be read ({error.strerror})") from error
+    try:
+        weights = load(content)
+        metadata = json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")])
+        metadata = dict(metadata.get("__metadata__", {}))
+    except (SafetensorError, ValueError, KeyError, AttributeError, TypeError) as error:
+        raise refusal(path, f"is torn or of another kind ({str(error)[:60]})") from error
+    if metadata.pop("digest", None) != digest(weights):
+        raise refusal(path, "holds numbers that do not match its digest")
+    return weights, metadata
+
+
+def digest(weights: Mapping[str, np.ndarray]) -> str:
+    """Returns the SHA-256 of names, shapes, types and numbers, as hexadecimal digits."""
+    summary = hashlib.sha256()
+    for name in sorted(weights):
+        array = np.ascontiguousarray(weights[name])
+        summary.update(f"{name}:{array.dtype.str}:{array.shape};".encode())
+        summary.update(array.tobytes())
+    return summary.hexdigest()
+
+
+def count_layers(weights: Mapping[str, np.ndarray], network: str) -> int:
+    """Returns how many linear layers a network has.
+
+    Args:
+        weights: Arrays by name.
+        network: The network's name, "actor" or "critic.0" for example.
+
+    Example:
+        >>> count_layers({"actor.0.weight": None, "actor.1.weight": None}, "actor")
+        2
+    """
+    layers = 0
+    while f"{network}.{layers}.weight" in weights:
+        layers += 1
+    return layers
+
+
+def refusal(path: str | Path, what: str) -> PolicyFileError:
+    """Builds the error for a file that cannot be a policy."""
+    return PolicyFileError(
+        f"policy file {str(path)!r} {what}",
+        "a .safetensors file that Policy.save wrote",
+        "Save the policy again, or restore the file from its source.",
+    )
