@@ -5,12 +5,14 @@ import sys
 import warnings
 
 import gymnasium
+import mujoco
 import numpy as np
 import pytest
 from absl.testing import absltest
 from dm_env import StepType, test_utils
 from gymnasium.utils.env_checker import check_env
 
+from revolver_lab import _gl
 from revolver_lab.envs import suite
 from revolver_lab.envs.core import Controls, Purpose, stream
 from revolver_lab.envs.registration import environment_id, register_environments
@@ -136,6 +138,33 @@ def test_a_diverged_robot_ends_its_episode_finitely(bad):
     assert (reward, terminated, truncated, info["diverged"]) == (0.0, True, False, True)
     env.reset()
     assert not env.step(np.zeros(8))[4]["diverged"]
+
+
+def test_a_robot_on_which_mujoco_gives_up_has_diverged(monkeypatch):
+    env = RobotEnv("ant-length-mass")
+    last = env.reset(seed=0)[0]
+
+    def give_up(*_):
+        raise mujoco.FatalError("out of memory")
+
+    monkeypatch.setattr(mujoco, "mj_step", give_up)
+    observation, reward, terminated, _, info = env.step(np.zeros(8))
+    np.testing.assert_array_equal(observation, last)
+    assert (reward, terminated, info["diverged"]) == (0.0, True, True)
+
+
+def test_a_frame_shows_the_robot_of_this_alpha():
+    if not _gl.choose().works:
+        pytest.skip("no OpenGL on this machine")
+    env = RobotEnv("cheetah-long-legs", render_mode="rgb_array", width=64, height=48)
+    env.reset(seed=0)
+    short = env.render()
+    env.reset(seed=0, options={"alpha": 1.0})
+    long = env.render()
+    env.close()
+    assert short.shape == long.shape == (48, 64, 3)
+    assert np.abs(short.astype(int) - long).mean() > 1
+    assert RobotEnv("cheetah-long-legs").render() is None
 
 
 def test_an_action_that_is_no_number_diverges_instead_of_passing_through():

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from mujoco.batch import SimulationError
 
 from revolver_lab.envs.registration import register_environments
 from revolver_lab.envs.single import RobotEnv
@@ -135,6 +136,21 @@ def test_next_step_mode_flags_divergence_where_it_happens():
     assert not terminated.any()
     assert not infos["diverged"].any()
     assert rewards[0] == 0
+
+
+def test_a_simulation_on_which_mujoco_gives_up_has_diverged(monkeypatch):
+    env = make_vec_env("ant-length-mass", 3, seed=1)
+    last = env.reset()[0]
+
+    def give_up(*_):
+        raise SimulationError(np.array([1]), "out of memory")
+
+    monkeypatch.setattr(env.batch, "step", give_up)
+    _, rewards, terminated, _, infos = env.step(np.zeros((3, 8)))
+    assert terminated.tolist() == [False, True, False]
+    assert rewards[1] == 0
+    assert infos["final_info"]["diverged"].tolist() == [False, True, False]
+    np.testing.assert_array_equal(infos["final_obs"][1], last[1])
 
 
 def test_set_alphas_waits_for_the_next_episode():

@@ -37,7 +37,9 @@ def cheetah(front: float = 1.0, back: float = 1.0, density: float = 1.0) -> mujo
         warnings.filterwarnings("ignore", message=".*settotalmass", category=UserWarning)
         spec = installed_spec("dm_control", "suite/cheetah.xml")
         spec.compiler.settotalmass = -1  # mass follows geometry
-    spec.texture("skybox").width = spec.texture("skybox").height = SKY
+    sky = spec.texture("skybox")
+    sky.width = sky.height = SKY
+    sky.mark = mujoco.mjtMark.mjMARK_NONE  # stars of so few pixels would be snowballs
     for geom in spec.geoms:
         geom.density = DENSITY * density
     _stretch(spec, "front", front)
