@@ -14,19 +14,15 @@ import numpy as np
 from revolver_lab import _gl
 from revolver_lab.errors import AlphaError, ParameterError
 from revolver_lab.evolution import live, tendon_paths
-from revolver_lab.evolution.cache import Cache
 from revolver_lab.evolution.alignment import align
+from revolver_lab.evolution.cache import Cache
 from revolver_lab.evolution.canonical import LISTS, canonical, elements
+from revolver_lab.evolution.matching import Matching, match
 from revolver_lab.evolution.meshes import align_meshes
+from revolver_lab.evolution.padding import pad
 from revolver_lab.evolution.ramps import RampSpec
+from revolver_lab.evolution.reading import read_robot
 from revolver_lab.evolution.survey import read_theta
-
-try:
-    from revolver_lab.evolution.matching import Matching, match
-    from revolver_lab.evolution.padding import pad
-    from revolver_lab.evolution.reading import read_robot
-except ImportError:
-    from revolver_lab.evolution._identity import Matching, match, pad, read_robot
 
 if TYPE_CHECKING:
     from dm_control.mujoco import Physics

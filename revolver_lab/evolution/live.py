@@ -42,7 +42,9 @@ def _array_names() -> tuple[str, ...]:
     return tuple(
         name
         for name in mujoco.MjModel._all_fields  # the bindings' own list of every field
-        if name not in _CONSTANT and isinstance(getattr(probe, name), np.ndarray)
+        if name not in _CONSTANT
+        and not name.startswith("name_")
+        and isinstance(getattr(probe, name), np.ndarray)
     )
 
 
