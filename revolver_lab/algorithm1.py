@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from revolver_lab.cards import ModelCard, command, commit, versions
-from revolver_lab.errors import SettingsError
+from revolver_lab.errors import MissingExtraError, SettingsError
 from revolver_lab.evaluation import evaluate
 from revolver_lab.learners.settings import COURSE, LearnerSettings
 from revolver_lab.logs import TransferLog
@@ -122,7 +122,14 @@ def transfer(
         PolicyFileError: If the expert does not fit the robot or the learner.
     """
     from revolver_lab.envs.vector import make_vec_env
-    from revolver_lab.learners.sb3 import Sb3Learner
+
+    try:
+        from revolver_lab.learners.sb3 import Sb3Learner
+    except ImportError as error:
+        raise MissingExtraError(
+            f"training without {error.name}", "torch and stable-baselines3",
+            "Install them: pip install 'revolver-lab[train]'.",
+        ) from error  # fmt: skip
 
     schedule = schedule or Schedule()
     schedule.check(learner.simulations)

@@ -112,7 +112,8 @@ def train_expert(
     for stage in stages:
         log = transfer(
             policies[-1] if policies else None, name, stay, learner=stage.learner,
-            steps=stage.steps, seed=seed, task=stage.task, evaluate_every=4_000, evaluate_episodes=20, keep_best=True,
+            steps=stage.steps, seed=seed, task=stage.task, evaluate_every=4_000,
+            evaluate_episodes=20, keep_best=True,
             progress=progress,
         )  # fmt: skip
         rows += _curve(log, stage, done)

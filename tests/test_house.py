@@ -29,7 +29,7 @@ LAYERS = [
     ["algorithm1"],
     ["experts"],
     ["lab"],
-    ["demo", "cli"],
+    ["progress", "demo", "cli"],
 ]
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}
 MODULES = sorted(p for p in PACKAGE.rglob("*.py") if p != PACKAGE / "__init__.py")

@@ -122,7 +122,7 @@ def build(
     Raises:
         SettingsError: If the algorithm is none of stable-baselines3's off-policy ones.
     """
-    kind: Any = _kind(settings)
+    kind = cast(Any, _kind(settings))
     arguments: dict[str, Any] = {
         "learning_rate": settings.learning_rate, "buffer_size": settings.buffer_size,
         "batch_size": settings.batch_size, "tau": settings.tau, "gamma": settings.gamma,
@@ -137,9 +137,10 @@ def build(
     if issubclass(kind, TD3):
         noise = np.full(action_size, settings.action_noise)
         arguments["action_noise"] = NormalActionNoise(np.zeros(action_size), noise)
-    policy = kind.policy_aliases["MlpPolicy"]
+    policy: Any = kind.policy_aliases["MlpPolicy"]
     policy = with_layer_norm(policy) if settings.layer_norm else policy
-    model: OffPolicyAlgorithm = kind(policy, None, _init_setup_model=False, **(arguments | dict(settings.options)))
+    arguments |= dict(settings.options)
+    model: OffPolicyAlgorithm = kind(policy, None, _init_setup_model=False, **arguments)
     model.observation_space = spaces.Box(-np.inf, np.inf, (observation_size,), np.float32)
     model.action_space = spaces.Box(-1, 1, (action_size,), np.float32)
     model.n_envs = settings.simulations

@@ -1,0 +1,63 @@
+"""One line that tells how several transfers are doing: phase, alpha, return and time left."""
+
+import shutil
+import sys
+import time
+from collections.abc import Mapping
+from typing import TextIO
+
+from revolver_lab.recorder import Progress
+
+_WIDTH = 16  # of the bar [characters]
+
+
+def describe(name: str, progress: Progress) -> str:
+    """Returns one transfer's progress as text.
+
+    Example:
+        >>> describe("revolver", Progress(phase=12, phases=26, alpha=0.48, steps=20000,
+        ...     episode_return=143.2, seconds=60.0, seconds_left=125.0))
+        'revolver [#####...........] phase 13/26  alpha 0.48  return 143.2  2:05 left'
+    """
+    total = progress.seconds + progress.seconds_left
+    filled = int(_WIDTH * progress.seconds / total) if total else 0
+    bar = "#" * filled + "." * (_WIDTH - filled)
+    minutes, seconds = divmod(round(progress.seconds_left), 60)
+    return (
+        f"{name} [{bar}] phase {progress.phase + 1}/{progress.phases}  alpha {progress.alpha:.2f}"
+        f"  return {progress.episode_return:.1f}  {minutes}:{seconds:02d} left"
+    )
+
+
+class ProgressLines:
+    """Rewrites its lines in place on a terminal; elsewhere prints them now and then.
+
+    Args:
+        stream: Where to write; None is standard output.
+        every: Seconds between printings where lines cannot be rewritten [s].
+    """
+
+    def __init__(self, stream: TextIO | None = None, every: float = 20.0):
+        self._stream = stream or sys.stdout
+        self._every, self._last, self._drawn = every, 0.0, 0
+        self._terminal = self._stream.isatty()
+
+    def show(self, latest: Mapping[str, Progress]) -> None:
+        """Draws the latest progress of each transfer.
+
+        Args:
+            latest: Progress by the transfer's name.
+        """
+        now = time.monotonic()
+        if now - self._last < (0.2 if self._terminal else self._every):
+            return
+        self._last = now
+        lines = [describe(name, progress) for name, progress in sorted(latest.items())]
+        if self._terminal:
+            width = shutil.get_terminal_size().columns - 1
+            up = f"\x1b[{self._drawn}F" if self._drawn else ""
+            self._stream.write(up + "".join(f"\x1b[K{line[:width]}\n" for line in lines))
+            self._drawn = len(lines)
+        else:
+            self._stream.write("\n".join(lines) + "\n")
+        self._stream.flush()
