@@ -7,13 +7,13 @@ _ROOM = 1.5
 
 
 def excuse_contacts(host: mujoco.MjSpec, before: mujoco.MjModel, created: list[str]) -> None:
-    """Give each created geom a gap as deep as it may be overlapped by accident.
+    """Give each created geom a negative margin as deep as it may be overlapped by accident.
 
     A geom that starts as a point may lie inside its parent's shape, or stick out of it onto the
-    ground. With a gap, MuJoCo notices a contact but lets it push only once it is deeper than
-    the gap. The gap is the depth of the point in the robot's shapes, or its distance from the
-    shapes of the body that carries it, whichever is larger, with half as much again for motion.
-    It closes as the geom grows, since gap is a parameter of theta.
+    ground. MuJoCo adds up the margins of two geoms, and there is no contact until they overlap
+    by more than a negative margin. The margin is the depth of the point in the robot's shapes, or
+    its distance from the shapes of the bodies that carry it, whichever is larger, with half as
+    much again for motion. It closes as the geom grows, since margin is a parameter of theta.
 
     Args:
         host: The robot with the created geoms, changed in place.
@@ -27,13 +27,14 @@ def excuse_contacts(host: mujoco.MjSpec, before: mujoco.MjModel, created: list[s
     mujoco.mj_forward(model, data)
     old = {before.geom(i).name for i in range(before.ngeom)}
     robot = [i for i in range(model.ngeom) if model.geom(i).name in old and _moves(model, i)]
+    slack = float(model.geom_margin.max())
     for name in created:
         geom = model.geom(name).id
         if model.geom_contype[geom] or model.geom_conaffinity[geom]:
-            host.geom(name).gap = float(host.geom(name).gap) + _depth(model, data, geom, robot)
+            host.geom(name).margin = -slack - _depth(model, data, geom, robot)
     for pair in host.pairs:
-        gaps = [host.geom(n).gap for n in (pair.geomname1, pair.geomname2) if n in created]
-        pair.gap = max([float(np.nan_to_num(pair.gap)), *gaps]) if gaps else pair.gap
+        margins = [host.geom(n).margin for n in (pair.geomname1, pair.geomname2) if n in created]
+        pair.margin = min(margins) if margins else pair.margin
 
 
 def _moves(model: mujoco.MjModel, geom: int) -> bool:

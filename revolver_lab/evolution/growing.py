@@ -93,7 +93,9 @@ class Grower:
         parent = self.host.body(self.twins["body"][body.parent.name])
         copy = copying.add_body(parent, body, self._new_name("body", "bodies", body.name))
         inner = body.parent.name not in self._matched
-        shrinking.shrink_body(copy, self._model, body.name, inner=inner)
+        option = self.host.option
+        medium = option.density > 0 or option.viscosity > 0
+        shrinking.shrink_body(copy, self._model, body.name, inner=inner, medium=medium)
 
     def _add_joints(self, body: mujoco.MjsBody) -> None:
         """Add the joints of one body that have no twin, each after the twin of the one before."""
@@ -107,7 +109,8 @@ class Grower:
                 shrinking.shrink_joint(copy, self._model, joint.name)
             return
         order = self._merged_order(body, here)
-        originals = {joint.name: joint for joint in self.host.copy().body(here.name).joints}
+        backup = self.host.copy()  # kept as long as its joints are read: they do not keep it
+        originals = {joint.name: joint for joint in backup.body(here.name).joints}
         for joint in list(here.joints):
             self.host.delete(joint)
         for joint, ours in order:

@@ -9,12 +9,18 @@ EPSILON = 1e-3
 HOLD = 1e4
 """Times a joint's own inertia that holds a joint created where the bodies are welded."""
 
-_TINY_MASS, _TINY_INERTIA = 1e-9, 1e-12
+# MuJoCo refuses moving bodies below 1e-15. In air a robot of grams must not feel the rest of one
+# of tons. In a medium the drag follows the size that mass and inertia imply: 0.8 mm here.
+_FACTOR = 1e-12
+_TINY_MASS, _TINY_INERTIA = 1e-13, 1e-14
+_TINY_MASS_IN_MEDIUM, _TINY_INERTIA_IN_MEDIUM = 2e-8, 2e-15
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE
 _FREELY_SIZED = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 
 
-def shrink_body(body: mujoco.MjsBody, model: mujoco.MjModel, donor: str, *, inner: bool) -> None:
+def shrink_body(
+    body: mujoco.MjsBody, model: mujoco.MjModel, donor: str, *, inner: bool, medium: bool
+) -> None:
     """Shrink a created body's frame and inertia.
 
     Args:
@@ -22,6 +28,7 @@ def shrink_body(body: mujoco.MjsBody, model: mujoco.MjModel, donor: str, *, inne
         model: The compiled robot that it was copied from.
         donor: Its name there.
         inner: Whether its parent is created too; a body on a matched parent keeps its place.
+        medium: Whether the robot moves in a fluid with density or viscosity.
     """
     i = model.body(donor).id
     if inner:
@@ -31,8 +38,8 @@ def shrink_body(body: mujoco.MjsBody, model: mujoco.MjModel, donor: str, *, inne
     if body.explicitinertial:
         body.fullinertia = [np.nan, 0, 0, 0, 0, 0]
         body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
-        body.mass = model.body_mass[i] * EPSILON**3 + _TINY_MASS
-        body.inertia = model.body_inertia[i] * EPSILON**5 + _TINY_INERTIA
+        body.mass = _TINY_MASS_IN_MEDIUM if medium else _TINY_MASS
+        body.inertia = [_TINY_INERTIA_IN_MEDIUM if medium else _TINY_INERTIA] * 3
         body.ipos, body.iquat = model.body_ipos[i] * EPSILON, model.body_iquat[i]
 
 
@@ -105,7 +112,9 @@ def shrink_shape(shape: object, *, inner: bool) -> None:
     if inner:
         s.pos = np.array(s.pos) * EPSILON  # type: ignore[attr-defined]
     if np.isfinite(getattr(s, "mass", np.nan)):
-        s.mass = s.mass * EPSILON**3  # type: ignore[attr-defined]
+        s.mass = s.mass * _FACTOR  # type: ignore[attr-defined]
+    if hasattr(s, "density"):
+        s.density = s.density * EPSILON
 
 
 def can_shrink(geom: mujoco.MjsGeom) -> bool:
