@@ -11,7 +11,9 @@ from revolver_lab.envs.registration import register_environments
 from revolver_lab.envs.single import RobotEnv
 from revolver_lab.envs.vector import make_vec_env
 from revolver_lab.errors import AlphaError, SettingsError, UnknownNameError
+from revolver_lab.evolution.evolution import Evolution
 from revolver_lab.robots import registry
+from revolver_lab.tasks.running import SpeedTrap
 
 NAMES = registry.names()
 
@@ -204,6 +206,16 @@ def test_gymnasium_makes_it_by_id():
 def test_settings_that_cannot_work_are_refused(settings, error, text):
     with pytest.raises(error, match=text):
         make_vec_env("cheetah-front-leg", **settings)
+
+
+def test_an_evolution_of_ones_own_needs_a_task_and_works_with_one():
+    robot = registry.get("cheetah-front-leg")
+    evolve = Evolution(robot.source(), robot.target(), name="mine")
+    with pytest.raises(SettingsError, match="'mine', which is not registered"):
+        make_vec_env(evolve, 2)
+    ours = make_vec_env(evolve, 2, task=SpeedTrap(), alphas=0.5, seed=0)
+    theirs = make_vec_env("cheetah-front-leg", 2, alphas=0.5, seed=0)
+    np.testing.assert_array_equal(ours.reset()[0], theirs.reset()[0])
 
 
 def test_actions_of_another_shape_are_refused():

@@ -38,16 +38,20 @@ class Stage:
             SettingsError: If an unregistered evolution comes without a ``Task``.
         """
         name = robot if isinstance(robot, str) else robot.name
-        record = registry.get(name) if isinstance(robot, str) or name in registry.RECORDS else None
-        if record is None and not isinstance(task, Task):
+        registered = isinstance(robot, str) or name in registry.RECORDS
+        record = registry.get(name) if registered else None
+        self.evolve = registry.load(robot) if isinstance(robot, str) else robot
+        if isinstance(task, Task):
+            self.task = task
+        elif record is not None:
+            self.task = record.make_task(task)
+        else:
             raise SettingsError(
                 f"task = {task!r} for {name!r}, which is not registered",
                 "a Task",
                 "Pass task=SpeedTrap() or a Task of your own.",
             )
-        self.evolve = registry.load(robot) if isinstance(robot, str) else robot
-        self.task = task if isinstance(task, Task) else record.make_task(task)  # type: ignore[union-attr]
-        self.camera = record.camera if record else -1
+        self.camera = record.camera if record is not None else -1
 
 
 class Purpose(enum.IntEnum):

@@ -23,7 +23,9 @@ HIP, UPPER, LOWER = 0.2, 0.2, 0.4
 """x and y component of the three links of a leg [m]."""
 
 # Ant-length-mass was never published. Ours is asymmetric: the legs on the left grow and become
-# heavier, those on the right shrink and become lighter, front more than back.
+# heavier, those on the right shrink and become lighter, front more than back, so that a gait that
+# runs straight at alpha = 0 pushes more on one side at alpha = 1. That an expert's return
+# collapses there is the intention; no Ant expert has been carried here to show it yet.
 #              leg: (length, density) at alpha = 1
 LENGTH_MASS_TARGET = {1: (1.5, 2.0), 2: (1.25, 1.5), 3: (0.75, 0.75), 4: (0.5, 0.5)}
 
