@@ -200,6 +200,13 @@ def test_ends_written_as_fromto_or_as_pose_and_size_meet_exactly():
     assert differing(evolve.model(1), mujoco.MjModel.from_xml_string(target)) == []
 
 
+def test_a_rod_written_from_the_other_end_does_not_vanish_halfway():
+    ends = 'fromto="0 0 0 0 0 -1.0"', 'fromto="0 0 -1.0 0 0 0"'
+    evolve = rvl.Evolution(pendulum(), pendulum().replace(*ends))
+    masses = [evolve.model(alpha).body("pole").mass[0] for alpha in np.linspace(0, 1, 11)]
+    np.testing.assert_allclose(masses, masses[0])
+
+
 def test_solref_in_two_forms_has_no_in_between():
     soft = pendulum(body='<geom name="hand" size=".1" solref="0.02 1"/>')
     stiff = pendulum(body='<geom name="hand" size=".1" solref="-100 -10"/>')

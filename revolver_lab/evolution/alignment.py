@@ -27,6 +27,8 @@ def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
             if has_fromto(a) != has_fromto(b):
                 _ends_to_pose(a, models[0], kind)
                 _ends_to_pose(b, models[1], kind)
+            elif has_fromto(a):
+                _point_alike(a, b)
     for a, b in _paired(source, target, pairs, "joint"):
         if np.any(a.springdamper) != np.any(b.springdamper):
             _spell_out_spring(a, models[0])
@@ -67,6 +69,17 @@ def _ends_to_pose(element: Element, model: mujoco.MjModel, kind: str) -> None:
         value = getattr(model, f"{kind}_{attribute}")[element.id]
         setattr(element, attribute, np.array(value))
     element.fromto = np.array([np.nan, 0, 0, 0, 0, 0])
+
+
+def _point_alike(a: Element, b: Element) -> None:
+    """Swap the target's ends where it points the other way: halfway it would have no length.
+
+    All shapes that MuJoCo builds between two ends are the same with their ends swapped.
+    """
+    start, end = np.array(b.fromto).reshape(2, 3)
+    ours = np.array(a.fromto).reshape(2, 3)
+    if (end - start) @ (ours[1] - ours[0]) < 0.0:
+        b.fromto = np.concatenate([end, start])
 
 
 def _spell_out_spring(joint: Element, model: mujoco.MjModel) -> None:
