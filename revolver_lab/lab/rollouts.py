@@ -1,0 +1,103 @@
+"""What a policy did: poses and rewards over time, recorded once and shown as often as one likes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from revolver_lab.errors import SettingsError
+from revolver_lab.evolution.evolution import Evolution, checked_alpha
+
+Acting = Callable[[np.ndarray], np.ndarray]
+"""A policy, as far as a film is concerned: observation (O,) -> action (A,) in [-1, 1]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rollout:
+    """Poses and unshaped rewards of one episode on E(alpha).
+
+    Attributes:
+        evolve: The evolution that the robot is of.
+        alpha: Which of its robots, in [0, 1].
+        qpos: Poses, (T, nq); the first is the pose before the first action.
+        rewards: Unshaped rewards, (T,); the first is 0.
+        title: What to write under its picture.
+        dt: Time between poses [s].
+    """
+
+    evolve: Evolution = field(repr=False)
+    alpha: float
+    qpos: np.ndarray = field(repr=False)
+    rewards: np.ndarray = field(repr=False)
+    title: str = ""
+    dt: float = 0.05
+
+    def __post_init__(self) -> None:
+        checked_alpha(self.alpha)
+        poses, rewards = np.shape(self.qpos), np.shape(self.rewards)
+        if len(poses) != 2 or not poses[0] or rewards != poses[:1]:
+            raise SettingsError(
+                f"qpos of shape {poses} and rewards of shape {rewards}",
+                "(T, nq) and (T,), T at least 1",
+                "Make rollouts with rvl.lab.record.",
+            )
+        if not self.dt > 0:
+            raise SettingsError(f"dt = {self.dt}", "seconds above 0", "Take the step of the task.")
+
+    @property
+    def score(self) -> float:
+        """Unshaped return: the sum of the rewards."""
+        return float(np.sum(self.rewards))
+
+    @property
+    def seconds(self) -> float:
+        """Length in simulated time [s]."""
+        return len(self.rewards) * self.dt
+
+    def row(self, time: float) -> int:
+        """Row of `qpos` that shows the robot at a time [s]; the last one from the end on."""
+        return min(int(time / self.dt + 1e-6), len(self.rewards) - 1)
+
+
+def record(
+    policy: Acting,
+    evolve: Evolution | str,
+    alpha: float,
+    *,
+    task: str | None = None,
+    seed: int = 0,
+    steps: int | None = None,
+    title: str = "",
+) -> Rollout:
+    """Let a policy act for one episode and keep the poses.
+
+    Args:
+        policy: Observation (O,) -> action (A,) in [-1, 1].
+        evolve: An evolution that has a task, or its registered name.
+        alpha: Which robot, in [0, 1].
+        task: "sparse", "dense" or what the robot offers; by default its first.
+        seed: Seed of the episode.
+        steps: Stop after so many steps; by default when the episode ends.
+        title: What to write under its picture.
+
+    Returns:
+        The episode so far.
+
+    Raises:
+        AlphaError: If alpha is outside [0, 1].
+        UnknownNameError: If there is no such robot or task.
+    """
+    from revolver_lab.envs.single import RobotEnv
+
+    env = RobotEnv(evolve, alpha=checked_alpha(alpha), task=task)
+    observation, _ = env.reset(seed=seed)
+    poses, rewards, ended = [env.simulation.data.qpos.copy()], [0.0], False
+    while not ended and (steps is None or len(rewards) <= steps):
+        observation, reward, terminated, truncated, _ = env.step(policy(observation))
+        poses.append(env.simulation.data.qpos.copy())
+        rewards.append(reward)
+        ended = terminated or truncated
+    return Rollout(
+        evolve=env.evolve, alpha=alpha, qpos=np.array(poses), rewards=np.array(rewards),
+        title=title, dt=env.task.step_seconds,
+    )  # fmt: skip
