@@ -11,7 +11,7 @@ from revolver_lab.evolution.keyframes import extend_keyframes
 from revolver_lab.evolution.naming import free_name
 
 Twins = dict[str, dict[str, str]]
-_MESH = mujoco.mjtGeom.mjGEOM_MESH
+_MESH, _BALL = mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtJoint.mjJNT_BALL
 
 
 class Grower:
@@ -131,7 +131,8 @@ class Grower:
                 place += 1
             else:
                 place = max(place, order.index((twin, True)) + 1)
-        return order
+        balls = {j.name for j in [*here.joints, *body.joints] if j.type == _BALL}
+        return sorted(order, key=lambda entry: entry[0] in balls)  # a ball has to come last
 
     def _copy_joint(self, here: mujoco.MjsBody, joint: mujoco.MjsJoint) -> mujoco.MjsJoint:
         """Add a copy of one joint at full size."""

@@ -1,7 +1,12 @@
 """Extends a robot's keyframes to joints and actuators that were added to it."""
 
+from collections.abc import Callable
+
 import mujoco
 import numpy as np
+
+
+_FIELDS = ("qpos", "qvel", "act", "ctrl", "mpos", "mquat")
 
 
 def stash_keyframes(spec: mujoco.MjSpec) -> list[dict[str, np.ndarray]]:
@@ -15,9 +20,6 @@ def stash_keyframes(spec: mujoco.MjSpec) -> list[dict[str, np.ndarray]]:
     return stash
 
 
-_FIELDS = ("qpos", "qvel", "act", "ctrl", "mpos", "mquat")
-
-
 def extend_keyframes(spec: mujoco.MjSpec, before: mujoco.MjModel) -> None:
     """Rewrite every keyframe for the robot as it is now; what is new rests at its reference.
 
@@ -29,25 +31,35 @@ def extend_keyframes(spec: mujoco.MjSpec, before: mujoco.MjModel) -> None:
     if not stash:
         return
     after = spec.compile()
-    for key, old in zip(spec.keys, stash):
+    indices = {
+        "qpos": qpos_index(before, after),
+        "qvel": qvel_index(before, after),
+        "ctrl": ctrl_index(before, after),
+        "act": act_index(before, after),
+    }
+
+    def extended(state: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """A keyframe's arrays for the larger robot."""
         data = mujoco.MjData(after)
-        if len(old["qpos"]):
-            key.qpos = _scattered(data.qpos, old["qpos"], qpos_index(before, after))
-        if len(old["qvel"]):
-            key.qvel = _scattered(data.qvel, old["qvel"], qvel_index(before, after))
-        if len(old["ctrl"]):
-            key.ctrl = _scattered(data.ctrl, old["ctrl"], ctrl_index(before, after))
-        if len(old["act"]):
-            key.act = _scattered(data.act, old["act"], act_index(before, after))
-        if len(old["mpos"]) == 3 * after.nmocap:
-            key.mpos, key.mquat = list(old["mpos"]), list(old["mquat"])
+        for name, index in indices.items():
+            if len(state[name]):
+                whole = np.array(getattr(data, name))
+                whole[index] = state[name]
+                state = state | {name: whole}
+        return state
+
+    restore_keyframes(spec, stash, extended)
 
 
-def _scattered(base: np.ndarray, values: np.ndarray, index: np.ndarray) -> list[float]:
-    """The values at their new places, the rest as in `base`."""
-    base = np.array(base)
-    base[index] = values
-    return list(base)
+def restore_keyframes(
+    spec: mujoco.MjSpec,
+    stash: list[dict[str, np.ndarray]],
+    change: Callable[[dict[str, np.ndarray]], dict[str, np.ndarray]],
+) -> None:
+    """Write back what `stash_keyframes` took, each keyframe's arrays changed by a function."""
+    for key, arrays in zip(spec.keys, stash):
+        for name, values in change(arrays).items():
+            setattr(key, name, [float(value) for value in values])
 
 
 def qpos_index(before: mujoco.MjModel, after: mujoco.MjModel) -> np.ndarray:

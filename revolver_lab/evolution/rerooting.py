@@ -1,8 +1,253 @@
 """Roots a floating robot at another of its bodies, so that it moves as before."""
 
+from typing import Any
+
 import mujoco
+import numpy as np
+
+from revolver_lab.errors import MatchingError
+from revolver_lab.evolution.canonical import canonical
+from revolver_lab.evolution.copying import add_body, add_dependants, add_to_body
+from revolver_lab.evolution.keyframes import restore_keyframes, stash_keyframes
+
+_FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
+_QUAT = mujoco.mjtOrientation.mjORIENTATION_QUAT
+_SUBTREE = (
+    mujoco.mjtSensor.mjSENS_SUBTREECOM,
+    mujoco.mjtSensor.mjSENS_SUBTREELINVEL,
+    mujoco.mjtSensor.mjSENS_SUBTREEANGMOM,
+)
 
 
 def reroot(spec: mujoco.MjSpec, body_name: str) -> mujoco.MjSpec:
-    """To come."""
-    raise NotImplementedError(body_name)
+    """The same floating robot, with its free joint at another body.
+
+    Every body keeps its own frame and what it holds. Along the path from the old root to the
+    new one each joint passes to the body that used to be the parent. With T the pose of the
+    child in the parent and J(q) the joint's motion, the child sat at T J1(q1) ... Jn(qn) in the
+    parent; so the parent sits at T^-1 (T Jn^-1 T^-1) ... (T J1^-1 T^-1) in the child: the joints
+    come in reverse, at the same places, about the opposite axes. So q, its limits and its motor
+    keep their meaning, and the robot moves as before under the same controls.
+
+    Accelerations agree to rounding (tested: 1e-12 relative, any velocity, springs, dampers and
+    motors on; with contact at rest). In contact at speed MuJoCo leaves out dJ/dt v, which depends
+    on the coordinates, so trajectories part slowly: 0.1 s with a floor stay within 5 mm.
+
+    Damping, stiffness or armature of the free joint itself act at the new root. Of sensors of a
+    subtree, those of the old root (the whole robot) follow the root. MuJoCo has no rotation after
+    a ball joint in one body, so a ball that shares its body with another joint cannot turn round.
+
+    Args:
+        spec: A robot in which everything has a name; it is left as it was.
+        body_name: The new root, a body of a tree with a free joint.
+
+    Returns:
+        The re-rooted robot in canonical form, with the same names and keyframes.
+
+    Raises:
+        MatchingError: If the body does not float, or an actuator drives a ball joint on the way.
+    """
+    donor = canonical(spec)
+    path = _path(donor, body_name)
+    if len(path) == 1:
+        return donor
+    _refuse_driven_balls(donor, path)
+    before = donor.compile()
+    host = donor.copy()
+    stash = stash_keyframes(host)
+    host.delete(host.body(path[0]))
+    _hang_root(host, donor, before, path)
+    add_dependants(host, donor)
+    for sensor in host.sensors:
+        if sensor.type in _SUBTREE and sensor.objname == path[0]:
+            sensor.objname = body_name
+    after = _compiled(host, body_name)
+    restore_keyframes(host, stash, lambda state: _state(before, after, state))
+    return host
+
+
+def _compiled(spec: mujoco.MjSpec, body_name: str) -> mujoco.MjModel:
+    """Compile the re-rooted robot; its joints may come in an order that MuJoCo does not take."""
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise MatchingError(
+            f"the root {body_name!r}, with which MuJoCo says: {' '.join(str(error).split())}",
+            "a root such that no ball joint is followed by another in its body",
+            "Choose another root, or write the ball joint as three hinges.",
+        ) from error
+
+
+def _path(spec: mujoco.MjSpec, body_name: str) -> list[str]:
+    """Bodies from the root with the free joint down to a body."""
+    path, body = [], spec.body(body_name)
+    while body is not None and body.name != "world":
+        path.insert(0, body.name)
+        if any(joint.type == _FREE for joint in body.joints):
+            return path
+        body = body.parent
+    raise MatchingError(
+        f"the body {body_name!r} as a root",
+        "a body of a robot that floats by a free joint",
+        "Leave the root out, or name another body.",
+    )
+
+
+def _refuse_driven_balls(spec: mujoco.MjSpec, path: list[str]) -> None:
+    """Refuse to turn round a ball joint with an actuator, whose gear has no counterpart."""
+    balls = {j.name for name in path[1:] for j in spec.body(name).joints if j.type == _BALL}
+    for actuator in spec.actuators:
+        if actuator.target in balls:
+            raise MatchingError(
+                f"the actuator {actuator.name!r} on the ball joint {actuator.target!r}",
+                "ball joints without actuators between the two roots",
+                "Write the ball joint as three hinges, or choose another root.",
+            )
+
+
+def _hang_root(
+    host: mujoco.MjSpec, donor: mujoco.MjSpec, before: mujoco.MjModel, path: list[str]
+) -> None:
+    """Build the tree anew from its new root."""
+    new, old = donor.body(path[-1]), donor.body(path[0])
+    root = add_body(host.worldbody, new, new.name)
+    data = mujoco.MjData(before)
+    mujoco.mj_kinematics(before, data)
+    _place(root, data.body(new.name).xpos, data.body(new.name).xquat)
+    free = next(joint for joint in old.joints if joint.type == _FREE)
+    copy = add_to_body(root, "joint", free, free.name, _same)
+    copy.align = mujoco.mjtAlignFree.mjALIGNFREE_FALSE
+    _fill(root, donor, new.name, path)
+
+
+def _fill(here: mujoco.MjsBody, donor: mujoco.MjSpec, name: str, path: list[str]) -> None:
+    """Give a body its shapes and its children; on the path the old parent is a child."""
+    body = donor.body(name)
+    for kind, held in (
+        ("geom", body.geoms),
+        ("site", body.sites),
+        ("camera", body.cameras),
+        ("light", body.lights),
+    ):
+        for element in held:
+            add_to_body(here, kind, element, element.name, _same)
+    if name in path and path.index(name) > 0:
+        _hang_parent(here, donor, body, path)
+    for child in body.bodies:
+        if child.name not in path:
+            copy = add_body(here, child, child.name)
+            for joint in child.joints:
+                add_to_body(copy, "joint", joint, joint.name, _same)
+            _fill(copy, donor, child.name, path)
+
+
+def _hang_parent(
+    here: mujoco.MjsBody, donor: mujoco.MjSpec, body: mujoco.MjsBody, path: list[str]
+) -> None:
+    """Hang a body's parent below it, with the joints between the two turned round."""
+    parent = body.parent
+    pos, quat = np.array(body.pos), _unit(body.quat)
+    back_pos, back_quat = np.empty(3), np.empty(4)
+    mujoco.mju_negPose(back_pos, back_quat, pos, quat)
+    copy = add_body(here, parent, parent.name)
+    _place(copy, back_pos, back_quat)
+    for joint in reversed(body.joints):
+        turned = add_to_body(copy, "joint", joint, joint.name, _same)
+        turned.pos = pos + _rotated(joint.pos, quat)
+        turned.axis = -_rotated(joint.axis, quat)
+    _fill(copy, donor, parent.name, path)
+
+
+def _same(_: str, name: str) -> str:
+    """Names stay as they are within one robot."""
+    return name
+
+
+def _unit(quat: Any) -> np.ndarray:
+    """A quaternion of length one, (4,)."""
+    unit = np.array(quat, dtype=float)
+    mujoco.mju_normalize4(unit)
+    return unit
+
+
+def _rotated(vector: Any, quat: np.ndarray) -> np.ndarray:
+    """A vector turned by a unit quaternion, (3,)."""
+    out = np.empty(3)
+    mujoco.mju_rotVecQuat(out, np.array(vector, dtype=float), quat)
+    return out
+
+
+def _place(body: mujoco.MjsBody, pos: np.ndarray, quat: np.ndarray) -> None:
+    """Set a body's frame."""
+    body.pos, body.quat, body.alt.type = pos, quat, _QUAT
+
+
+def reroot_state(
+    before: mujoco.MjModel, after: mujoco.MjModel, qpos: np.ndarray, qvel: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The state in which the re-rooted robot is where the original is, and moves as it does.
+
+    Args:
+        before: The original robot.
+        after: The robot that `reroot` made of it, compiled.
+        qpos: Positions of the original, (nq,).
+        qvel: Velocities of the original, (nv,).
+
+    Returns:
+        qpos and qvel of the re-rooted robot.
+    """
+    data = mujoco.MjData(before)
+    data.qpos[:], data.qvel[:] = qpos, qvel
+    mujoco.mj_forward(before, data)
+    new_qpos, new_qvel = after.qpos0.copy(), np.zeros(after.nv)
+    for i in range(after.njnt):
+        joint, twin = after.joint(i), before.joint(after.joint(i).name)
+        owner, held = after.body(after.jnt_bodyid[i]).name, before.jnt_bodyid[twin.id]
+        q, v = int(joint.qposadr[0]), int(joint.dofadr[0])
+        old_q, old_v = int(twin.qposadr[0]), int(twin.dofadr[0])
+        kind = int(after.jnt_type[i])
+        if kind == _FREE:
+            new_qpos[q : q + 7], new_qvel[v : v + 6] = _free_state(before, data, owner)
+        elif kind == _BALL and before.body(held).name != owner:
+            there = data.qpos[old_q : old_q + 4], data.qvel[old_v : old_v + 3]
+            turned = _turned_ball(before.body_quat[held], *there)
+            new_qpos[q : q + 4], new_qvel[v : v + 3] = turned
+        else:
+            width = 4 if kind == _BALL else 1
+            new_qpos[q : q + width] = data.qpos[old_q : old_q + width]
+            width = 3 if kind == _BALL else 1
+            new_qvel[v : v + width] = data.qvel[old_v : old_v + width]
+    return new_qpos, new_qvel
+
+
+def _free_state(
+    model: mujoco.MjModel, data: mujoco.MjData, body: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pose (7,), and velocity (6,) as a free joint counts it, of any body."""
+    found, velocity = data.body(body), np.empty(6)
+    kind = mujoco.mjtObj.mjOBJ_XBODY
+    mujoco.mj_objectVelocity(model, data, kind, found.id, velocity, 0)
+    turning = found.xmat.reshape(3, 3).T @ velocity[:3]
+    return np.concatenate([found.xpos, found.xquat]), np.concatenate([velocity[3:], turning])
+
+
+def _turned_ball(
+    frame: np.ndarray, quat: np.ndarray, velocity: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """State of a ball joint seen from its other side; `frame` is the child's in the parent."""
+    inverse, back, half, turned = (np.empty(4) for _ in range(4))
+    mujoco.mju_negQuat(inverse, _unit(quat))
+    mujoco.mju_negQuat(back, frame)
+    mujoco.mju_mulQuat(half, frame, inverse)
+    mujoco.mju_mulQuat(turned, half, back)
+    return turned, -_rotated(_rotated(velocity, _unit(quat)), frame)
+
+
+def _state(
+    before: mujoco.MjModel, after: mujoco.MjModel, state: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """A keyframe's arrays for the re-rooted robot; controls and activations stay as they are."""
+    qpos = state["qpos"] if len(state["qpos"]) else before.qpos0
+    qvel = state["qvel"] if len(state["qvel"]) else np.zeros(before.nv)
+    qpos, qvel = reroot_state(before, after, qpos, qvel)
+    return state | {"qpos": qpos, "qvel": qvel}
