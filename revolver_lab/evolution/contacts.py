@@ -9,11 +9,12 @@ _ROOM = 1.5
 def excuse_contacts(host: mujoco.MjSpec, before: mujoco.MjModel, created: list[str]) -> None:
     """Give each created geom a negative margin as deep as it may be overlapped by accident.
 
-    A geom that starts as a point may lie inside its parent's shape, or stick out of it onto the
-    ground. MuJoCo adds up the margins of two geoms, and there is no contact until they overlap
-    by more than a negative margin. The margin is the depth of the point in the robot's shapes, or
-    its distance from the shapes of the bodies that carry it, whichever is larger, with half as
-    much again for motion. It closes as the geom grows, since margin is a parameter of theta.
+    A geom that starts as a point may get inside another shape of the robot, or stick out of its
+    parent's onto the ground. MuJoCo adds up the margins of two geoms, and there is no contact
+    until they overlap by more than a negative margin. The margin is the half thickness of the
+    robot's thickest shape, deeper than which nothing can get, or half as much again as the point
+    sticks out of the bodies that carry it, whichever is larger. It closes as the geom grows,
+    since margin is a parameter of theta.
 
     Args:
         host: The robot with the created geoms, changed in place.
@@ -26,34 +27,43 @@ def excuse_contacts(host: mujoco.MjSpec, before: mujoco.MjModel, created: list[s
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     old = {before.geom(i).name for i in range(before.ngeom)}
-    robot = [i for i in range(model.ngeom) if model.geom(i).name in old and _moves(model, i)]
+    robot = [i for i in range(model.ngeom) if model.geom(i).name in old and _collides(model, i)]
+    thickest = max((_half_thickness(model, i) for i in robot), default=0.0)
     slack = float(model.geom_margin.max())
     for name in created:
         geom = model.geom(name).id
         if model.geom_contype[geom] or model.geom_conaffinity[geom]:
-            host.geom(name).margin = -slack - _depth(model, data, geom, robot)
+            depth = max(thickest, _sticks_out(model, data, geom, robot))
+            reach = float(model.geom_rbound[geom]) + 1e-3
+            host.geom(name).margin = -(slack + depth + reach)
     for pair in host.pairs:
         margins = [host.geom(n).margin for n in (pair.geomname1, pair.geomname2) if n in created]
         pair.margin = min(margins) if margins else pair.margin
 
 
-def _moves(model: mujoco.MjModel, geom: int) -> bool:
-    """Whether a geom is the robot's, and not the scene's."""
-    return bool(model.geom_bodyid[geom] != 0)
+def _collides(model: mujoco.MjModel, geom: int) -> bool:
+    """Whether a geom is the robot's, and not the scene's, and touches anything at all."""
+    touches = model.geom_contype[geom] or model.geom_conaffinity[geom]
+    return bool(model.geom_bodyid[geom] != 0 and touches)
 
 
-def _depth(model: mujoco.MjModel, data: mujoco.MjData, geom: int, others: list[int]) -> float:
-    """How deep, or how far out, a created geom may be without being meant to touch [m]."""
-    body = model.geom_bodyid[geom]
-    carriers = {int(body)}
+def _half_thickness(model: mujoco.MjModel, geom: int) -> float:
+    """Radius of the largest ball inside a geom, or a little more [m]."""
+    return float(model.geom_aabb[geom, 3:].min())
+
+
+def _sticks_out(
+    model: mujoco.MjModel, data: mujoco.MjData, geom: int, others: list[int]
+) -> float:
+    """How far out of the bodies that carry it a created geom is, and half as much again [m]."""
+    body = int(model.geom_bodyid[geom])
+    carriers = {body}
     while body:
         body = int(model.body_parentid[body])
         carriers.add(body)
-    reach = float(model.geom_rbound[geom]) + 1e-3
-    apart, deep = [], 0.0
-    for other in others:
-        distance = mujoco.mj_geomDistance(model, data, geom, other, 10.0, None)
-        deep = max(deep, -distance)
-        if int(model.geom_bodyid[other]) in carriers:
-            apart.append(distance)
-    return _ROOM * max(deep, min(apart, default=0.0), 0.0) + reach
+    apart = [
+        mujoco.mj_geomDistance(model, data, geom, other, 10.0, None)
+        for other in others
+        if int(model.geom_bodyid[other]) in carriers
+    ]
+    return _ROOM * max(min(apart, default=0.0), 0.0)
