@@ -76,7 +76,7 @@ def main() -> None:
     parser.add_argument("robot")
     parser.add_argument("--methods", nargs="+", default=["direct", "revolver"])
     parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2, 3, 4])
-    parser.add_argument("--steps", type=int, default=56_000)
+    parser.add_argument("--steps", type=int, default=72_000)
     parser.add_argument("--episodes", type=int, default=20)
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()

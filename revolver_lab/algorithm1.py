@@ -19,6 +19,7 @@ from revolver_lab.schedule import Schedule
 if TYPE_CHECKING:
     from revolver_lab.envs.vector import RobotVectorEnv
     from revolver_lab.evolution.evolution import Evolution
+    from revolver_lab.learners.sb3 import Sb3Learner
     from revolver_lab.tasks.base import Task
 
 _EVALUATION_SEEDS = 1_000_000  # evaluations start elsewhere than the training of any seed
@@ -119,25 +120,17 @@ def transfer(
 
     Raises:
         SettingsError: If a phase is shorter than an episode, or the steps do not reach alpha = 1.
+        MissingExtraError: If torch or stable-baselines3 is not installed.
         PolicyFileError: If the expert does not fit the robot or the learner.
     """
     from revolver_lab.envs.vector import make_vec_env
-
-    try:
-        from revolver_lab.learners.sb3 import Sb3Learner
-    except ImportError as error:
-        raise MissingExtraError(
-            f"training without {error.name}", "torch and stable-baselines3",
-            "Install them: pip install 'revolver-lab[train]'.",
-        ) from error  # fmt: skip
 
     schedule = schedule or Schedule()
     schedule.check(learner.simulations)
     env = make_vec_env(evolve, learner.simulations, task=task, seed=seed, nthread=1,
                        autoreset_mode="NextStep")  # fmt: skip
     _check_steps(steps, schedule, learner.simulations, env.task.episode_steps)
-    sizes = env.single_observation_space.shape[0], env.single_action_space.shape[0]  # type: ignore[index]
-    student = Sb3Learner(learner, *sizes, shaping=schedule.shaping, seed=seed)
+    student = _student(learner, env, schedule.shaping, seed)
     if expert is not None:
         student.adopt(expert)
 
@@ -151,11 +144,25 @@ def transfer(
     run(student, env, schedule, log, seed)
     log.evaluate()
     policy = log.best if keep_best and log.best else student.policy()
-    settings = _settings(schedule, learner, expert)
-    result = _result(log, policy, env.evolve.name, settings, seed)
+    result = _result(log, policy, env.evolve.name, _settings(schedule, learner, expert), seed)
     if out is not None:
         result.save(out)
     return result
+
+
+def _student(
+    settings: LearnerSettings, env: "RobotVectorEnv", shaping: float, seed: int
+) -> "Sb3Learner":
+    """Builds a learner for an environment's sizes."""
+    try:
+        from revolver_lab.learners.sb3 import Sb3Learner
+    except ImportError as error:
+        raise MissingExtraError(
+            f"training without {error.name}", "torch and stable-baselines3",
+            "Install them: pip install 'revolver-lab[train]'.",
+        ) from error  # fmt: skip
+    sizes = env.observation_space.shape[1], env.action_space.shape[1]  # type: ignore[index]
+    return Sb3Learner(settings, *sizes, shaping=shaping, seed=seed)
 
 
 def _check_steps(steps: int | None, schedule: Schedule, simulations: int, length: int) -> None:

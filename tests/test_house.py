@@ -25,11 +25,11 @@ LAYERS = [
     ["weights", "cards", "lifting", "policies"],
     ["schedule", "methods"],
     ["learners"],
-    ["evaluation", "logs", "recorder"],
+    ["evaluation", "logs", "recorder", "progress"],
     ["algorithm1"],
     ["experts"],
     ["lab"],
-    ["progress", "demo", "cli"],
+    ["demo", "cli"],
 ]
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}
 MODULES = sorted(p for p in PACKAGE.rglob("*.py") if p != PACKAGE / "__init__.py")

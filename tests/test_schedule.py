@@ -118,3 +118,5 @@ def test_methods_are_configurations_of_one_loop():
     assert not METHODS["scratch"].expert
     assert METHODS["deterministic"].schedule.xi == 0
     assert METHODS["revolver"].schedule.alphas[-1] == 1.0
+    for row in METHODS.values():  # equal numbers of episodes
+        assert sum(map(row.schedule.episodes, row.schedule.alphas)) == 360

@@ -5,12 +5,16 @@ import json
 
 import numpy as np
 import pytest
+from stable_baselines3 import SAC
 
 from revolver_lab.algorithm1 import run, transfer
 from revolver_lab.envs.vector import make_vec_env
 from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.evaluation import evaluate
 from revolver_lab.evolution.evolution import Evolution
+from revolver_lab.learners.convert import from_sb3, to_sb3
+from revolver_lab.learners.replay import TaggedReplay
+from revolver_lab.learners.sb3_env import Sb3VecEnv
 from revolver_lab.learners.settings import LearnerSettings
 from revolver_lab.policies import Policy
 from revolver_lab.recorder import Recorder
@@ -236,6 +240,37 @@ def test_evaluation_plays_the_same_starts_on_every_robot(evolve):
     assert returns.shape == (3, 40)
     assert np.array_equal(returns[0], returns[1])
     assert (returns[2] < returns[0]).all()  # the same push moves four times the mass less
+
+
+def test_a_model_of_stable_baselines3_goes_in_and_comes_out(evolve):
+    env = Sb3VecEnv(make_vec_env(evolve, 2, task=Push(), alphas=[0.25, 0.5], seed=0))
+    theirs = SAC("MlpPolicy", env, replay_buffer_class=TaggedReplay, seed=0, learning_starts=4,
+                 batch_size=8, policy_kwargs={"net_arch": [8]}, device="cpu")  # fmt: skip
+    theirs.learn(40)
+    replay = theirs.replay_buffer
+    assert np.unique(replay.betas[: replay.pos]).tolist() == [0.25, 0.5]
+    assert not replay.dones.any()  # out of time is no end
+    plain = dataclasses.replace(TINY, layer_norm=False)
+    log = transfer(from_sb3(theirs), evolve, PATH, learner=plain, task=Push(), evaluate_episodes=0)
+    to_sb3(log.policy, theirs)
+    observation = np.ones((4, 2), np.float32)
+    assert np.allclose(theirs.predict(observation, deterministic=True)[0], log.policy(observation))
+
+
+def test_a_class_of_ones_own_may_be_passed_in(evolve):
+    class Patient(SAC):
+        """Counts how often it is trained."""
+
+        calls = 0
+
+        def train(self, gradient_steps, batch_size=64):
+            type(self).calls += 1
+            super().train(gradient_steps, batch_size)
+
+    learner = dataclasses.replace(TINY, algorithm=Patient)
+    log = transfer(None, evolve, PATH, learner=learner, task=Push(), evaluate_episodes=0)
+    assert Patient.calls == 5 * LENGTH - 1  # from 6 transitions on, never paused
+    assert log.policy.card.algorithm == "Patient"
 
 
 @pytest.mark.slow

@@ -140,7 +140,8 @@ def build(
     policy: Any = kind.policy_aliases["MlpPolicy"]
     policy = with_layer_norm(policy) if settings.layer_norm else policy
     arguments |= dict(settings.options)
-    model: OffPolicyAlgorithm = kind(policy, None, _init_setup_model=False, **arguments)
+    arguments["_init_setup_model"] = False
+    model: OffPolicyAlgorithm = kind(policy, cast(Any, None), **arguments)
     model.observation_space = spaces.Box(-np.inf, np.inf, (observation_size,), np.float32)
     model.action_space = spaces.Box(-1, 1, (action_size,), np.float32)
     model.n_envs = settings.simulations

@@ -1,0 +1,81 @@
+"""Shipped experts: as good as their card on the source, lost on the target, without torch."""
+
+import dataclasses
+import subprocess
+import sys
+
+import pytest
+
+from revolver_lab.errors import PolicyFileError, SettingsError, UnknownNameError
+from revolver_lab.evaluation import evaluate
+from revolver_lab.experts import RECIPES, Stage, expert_folder, load_expert, train_expert
+from revolver_lab.learners.settings import COURSE
+from revolver_lab.policies import Policy
+
+CHEETAHS = ["cheetah-front-leg", "cheetah-short-legs", "cheetah-long-legs"]
+
+
+@pytest.mark.parametrize("name", CHEETAHS)
+def test_an_expert_is_shipped_with_its_card(name):
+    card = load_expert(name).card
+    assert card.robot == name
+    assert card.alpha == 0.0
+    assert card.episode_return > 140
+    assert {"mujoco", "torch", "stable-baselines3"} <= set(card.versions)
+    assert card.command.startswith("revolver-lab train-expert")
+    assert (expert_folder() / f"{name}.json").is_file()
+
+
+def test_the_cheetahs_share_one_expert():
+    first, *others = [load_expert(name).weights for name in CHEETAHS]
+    for other in others:
+        assert all((first[key] == other[key]).all() for key in first)
+
+
+def test_an_expert_brings_its_critics_and_targets():
+    networks = {key.rsplit(".", 2)[0] for key in load_expert(CHEETAHS[0]).weights}
+    assert {"critic.0", "critic.1", "critic_target.0", "critic_target.1"} <= networks
+
+
+def test_the_expert_runs_on_the_source_and_not_on_the_target():
+    expert = load_expert("cheetah-front-leg")
+    source, target = evaluate(expert, "cheetah-front-leg", [0.0, 1.0], episodes=4, seed=5).mean(1)
+    assert abs(source - expert.card.episode_return) < 20
+    assert target < 40
+
+
+def test_an_expert_acts_without_torch():
+    code = (
+        "import sys; sys.modules['torch'] = None; sys.modules['stable_baselines3'] = None\n"
+        "import numpy as np, revolver_lab as rvl\n"
+        "print(rvl.load_expert('cheetah-front-leg')(np.zeros(18)).shape)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "(6,)"
+
+
+def test_an_expert_that_is_not_shipped_or_known_is_refused():
+    with pytest.raises(PolicyFileError, match="cheetah-front-leg"):
+        load_expert("humanoid-length-mass")
+    with pytest.raises(UnknownNameError, match="cheetah-front-leg"):
+        load_expert("cheetah-front-legs")
+    with pytest.raises(SettingsError, match="no recipe"):
+        train_expert("humanoid-length-mass")
+
+
+def test_recipes_end_on_the_reward_of_the_transfer():
+    assert all(stages[-1].task == "sparse" for stages in RECIPES.values())
+
+
+@pytest.mark.slow
+def test_training_an_expert_writes_policy_card_and_curve(tmp_path):
+    small = dataclasses.replace(COURSE, hidden=(8,), simulations=2, learning_starts=100)
+    stages = (
+        Stage(task="dense", steps=800, learner=small),
+        Stage(task="sparse", steps=400, learner=small),
+    )
+    expert = train_expert("cheetah-front-leg", stages=stages, out=tmp_path)
+    assert expert.card.steps == 1200
+    assert Policy.load(tmp_path / "cheetah-front-leg.safetensors").card == expert.card
+    curve = (tmp_path / "cheetah-front-leg.csv").read_text().splitlines()
+    assert [line.split(",")[:2] for line in curve[1:]] == [["dense", "800"], ["sparse", "1200"]]
