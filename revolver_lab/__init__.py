@@ -3,10 +3,16 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from revolver_lab.envs.registration import register_environments
+
 __version__ = "0.1.0"
 
-# Public name -> module that holds it. Nothing is imported before it is used: the package loads
-# without torch, GL or files.
+# gymnasium has no entry points: it knows our robots only if they are registered here. That costs
+# its import, and nothing of ours or of MuJoCo's.
+register_environments()
+
+# Public name -> module that holds it. Nothing of it is imported before it is used: the package
+# loads without torch, GL or files.
 _PUBLIC = {
     "Evolution": "revolver_lab.evolution.evolution",
     "ramp": "revolver_lab.evolution.ramps",
@@ -24,7 +30,7 @@ _PUBLIC = {
     "errors": "revolver_lab.errors",
 }
 _MODULES = {"suite", "lab", "errors"}
-__all__ = sorted(_PUBLIC)  # noqa: PLE0605 - the table above is the one list of public names
+__all__ = sorted(_PUBLIC)  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:
@@ -44,6 +50,7 @@ def __dir__() -> list[str]:
 
 if TYPE_CHECKING:
     from revolver_lab import errors, lab
+    from revolver_lab.algorithm1 import transfer
     from revolver_lab.envs import suite
     from revolver_lab.envs.vector import make_vec_env
     from revolver_lab.evaluation import evaluate
@@ -53,4 +60,3 @@ if TYPE_CHECKING:
     from revolver_lab.policies import Policy
     from revolver_lab.robots.registry import load, names
     from revolver_lab.schedule import Schedule
-    from revolver_lab.algorithm1 import transfer

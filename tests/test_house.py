@@ -105,11 +105,21 @@ def test_importing_the_package_touches_no_torch_no_gl_and_no_file():
         "import revolver_lab\n"
         "new = {m.split('.')[0] for m in set(sys.modules) - before}\n"
         "print(sorted(new & {'torch', 'OpenGL', 'glfw', 'dm_control', 'mujoco', 'matplotlib',"
-        " 'gymnasium', 'numpy'}))\n"
+        " 'mediapy', 'ipywidgets', 'stable_baselines3'}))\n"
         "print([f for f in opened if not str(f).endswith(('.py', '.pyc'))])\n"
         "print('MUJOCO_GL' in os.environ)"
     )
     assert _run(code).splitlines() == ["[]", "[]", "False"]
+
+
+@pytest.mark.parametrize("order", ["gymnasium, revolver_lab", "revolver_lab, gymnasium"])
+def test_gymnasium_knows_every_robot_once_the_package_is_imported(order):
+    code = (
+        f"import {order}\n"
+        "env = gymnasium.make('revolver_lab/CheetahFrontLeg-v0', alpha=0.3)\n"
+        "print(env.reset(seed=0)[0].shape[0] == env.observation_space.shape[0])"
+    )
+    assert _run(code) == "True"
 
 
 def test_a_robot_can_be_made_and_moved_without_torch():

@@ -1,10 +1,10 @@
 """One way to write a robot: radians, quaternions, no frames."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
 from revolver_lab.errors import ParameterError
 from revolver_lab.evolution.tendon_paths import places
@@ -110,7 +110,7 @@ def _in_frame(frame: Element, pos: np.ndarray, quat: np.ndarray) -> tuple[np.nda
     return out_pos, out_quat
 
 
-def _folded(frame: Element | None, vector: Sequence[float], *, rotate_only: bool = False):
+def _folded(frame: Element | None, vector: ArrayLike, *, rotate_only: bool = False):
     """A point, or a direction, given within a frame, re-expressed in the frame's body, (3,)."""
     point = np.array(vector, dtype=float)
     if frame is None:
