@@ -67,15 +67,15 @@ def run(
     env.draw_alpha = lambda _, rng: schedule.draw(alpha, rng)  # 14, 15: beta, M_beta <- E(beta)
     state, _ = env.reset(seed=seed)  # 16: s_0
     running = np.ones(env.num_envs, dtype=bool)
-    for alpha in schedule.alphas:  # 11, 27: while alpha < 1; alpha <- alpha + l_k
-        learner.clean(*schedule.kept(alpha))  # 28: keep beta in [alpha, alpha + xi]
+    for alpha in schedule.alphas:  # 11, 29: while alpha < 1; alpha <- alpha + l_k
+        learner.clean(*schedule.kept(alpha))  # 31: keep beta in [alpha, alpha + xi]
         while not log.phase_over(alpha):  # 12, 17: N_e episodes of N steps
-            action = learner.act(state)  # 18: a ~ pi(. | s)
-            following, reward, terminated, truncated, info = env.step(action)  # 19 (and 16)
+            action = learner.act(state)  # 19: a ~ pi(. | s)
+            following, reward, terminated, truncated, info = env.step(action)  # 20 (and 16)
             moved = (state, action, reward, following, terminated, info["alpha"])
             if running.any():
-                learner.store(*(array[running] for array in moved))  # 21, 22: r' when sampled
-                learner.update()  # 23, 24
+                learner.store(*(array[running] for array in moved))  # 22, 23: r' when sampled
+                learner.update()  # 24, 25
             ended = running & (terminated | truncated)
             returns = info["episode"]["r"][ended] if ended.any() else np.empty(0)
             log.count(alpha, int(running.sum()), returns, info["alpha"][ended])

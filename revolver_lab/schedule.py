@@ -38,7 +38,7 @@ class Adaptive:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Schedule:
-    """The path of alpha and the window of beta around it (Algorithm 1, lines 6 to 14 and 27).
+    """The path of alpha and the window of beta around it (Algorithm 1, lines 6 to 14 and 29).
 
     A schedule knows no environment and no learner: it says which beta to draw, what to keep
     in the replay and when a phase is over.
@@ -119,7 +119,7 @@ class Schedule:
         return float(rng.uniform(alpha, min(alpha + self.xi, 1.0)))
 
     def kept(self, alpha: float) -> tuple[float, float]:
-        """Returns the interval of beta that survives the cleaning at alpha (line 28)."""
+        """Returns the interval of beta that survives the cleaning at alpha (line 31)."""
         width = self.xi if self.window is None else self.window
         return alpha - (width - self.xi), alpha + self.xi
 

@@ -12,7 +12,7 @@ from stable_baselines3.common.type_aliases import ReplayBufferSamples
 class TaggedReplay(ReplayBuffer):
     """stable-baselines3's replay, tagged with beta.
 
-    Rewards are stored as the robot earned them; exp(h beta) (equation 4 of the paper, line 21 of
+    Rewards are stored as the robot earned them; exp(h beta) (equation 5 of the paper, line 22 of
     Algorithm 1) multiplies them when they are sampled. Cleaning keeps an interval of beta and
     moves what is kept together, in the order it came; whatever is left can be sampled, with
     replacement, however little it is.
@@ -83,7 +83,7 @@ class TaggedReplay(ReplayBuffer):
         self.pos = (self.pos + len(reward)) % self.buffer_size
 
     def clean(self, low: float, high: float) -> int:
-        """Keeps the transitions with beta in [low, high] (Algorithm 1, line 28).
+        """Keeps the transitions with beta in [low, high] (Algorithm 1, line 31).
 
         Args:
             low: Lower end, included.

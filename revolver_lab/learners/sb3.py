@@ -62,7 +62,7 @@ class Sb3Learner:
         self.adopted = True
 
     def act(self, observation: np.ndarray) -> np.ndarray:
-        """Draws a ~ pi(. | s) (line 18 of Algorithm 1); uniform until a scratch run has begun.
+        """Draws a ~ pi(. | s) (line 19 of Algorithm 1); uniform until a scratch run has begun.
 
         Args:
             observation: (n, O).
@@ -83,12 +83,12 @@ class Sb3Learner:
         self, observation: np.ndarray, action: np.ndarray, reward: np.ndarray,
         following: np.ndarray, terminated: np.ndarray, betas: np.ndarray,
     ) -> None:  # fmt: skip
-        """Puts n transitions into the replay (line 22), rewards as earned; see `TaggedReplay`."""
+        """Puts n transitions into the replay (line 23), rewards as earned; see `TaggedReplay`."""
         self.replay.extend(observation, following, action, reward, terminated, betas)
         self.model.num_timesteps += len(reward)
 
     def update(self) -> None:
-        """Trains on samples of the replay (lines 23 and 24), once enough has been seen.
+        """Trains on samples of the replay (lines 24 and 25), once enough has been seen.
 
         After that it never waits again: a replay that the cleaning has emptied is sampled as
         soon as it holds anything, for a pause would cripple some variants and not others.
@@ -98,7 +98,7 @@ class Sb3Learner:
             self.model.train(self.settings.updates, self.settings.batch_size)
 
     def clean(self, low: float, high: float) -> None:
-        """Keeps the transitions with beta in [low, high] (line 28)."""
+        """Keeps the transitions with beta in [low, high] (line 31)."""
         self.replay.clean(low, high)
 
     def policy(self, card: ModelCard | None = None) -> Policy:
