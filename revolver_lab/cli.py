@@ -100,7 +100,9 @@ def _gif(arguments: Arguments) -> int:
 def _train_expert(arguments: Arguments) -> int:
     """Train the expert of a robot."""
     with _training():
-        rvl.train_expert(arguments.name, seed=arguments.seed, out=arguments.out, progress=_Line())
+        rvl.train_expert(
+            arguments.name, seed=arguments.seed, out=arguments.out, progress=_shown(arguments.name)
+        )
     return _wrote(arguments.out)
 
 
@@ -113,7 +115,7 @@ def _transfer(arguments: Arguments) -> int:
     with _training():
         log = rvl.transfer(
             expert, arguments.name, chosen.schedule, steps=arguments.steps,
-            seed=arguments.seed, progress=_Line(), out=arguments.out,
+            seed=arguments.seed, progress=_shown(arguments.name), out=arguments.out,
         )  # fmt: skip
     print(f"{chosen.name} on {log.robot}: {log.steps} steps, {log.wall_time:.0f} s")
     for found in log.evaluations[-1:]:
@@ -141,11 +143,9 @@ def _policy(name: str, given: str) -> "Policy":
 
 @contextlib.contextmanager
 def _training() -> Iterator[None]:
-    """End the progress line, and say how to get torch where it is missing."""
+    """Say how to get torch, where it is missing."""
     try:
         yield
-        if sys.stderr.isatty():
-            print(file=sys.stderr)
     except ModuleNotFoundError as problem:
         if (problem.name or "").partition(".")[0] not in ("torch", "stable_baselines3"):
             raise
@@ -154,15 +154,12 @@ def _training() -> Iterator[None]:
         ) from problem
 
 
-class _Line:
-    """Progress of a training on one line, rewritten in place on a terminal."""
+def _shown(name: str) -> "Callable[[Progress], None]":
+    """A callback that tells on stderr how a training is doing."""
+    from revolver_lab.progress import ProgressLines
 
-    def __call__(self, now: "Progress") -> None:
-        if sys.stderr.isatty():
-            words = f"phase {now.phase + 1}/{now.phases}   alpha {now.alpha:.2f}   "
-            words += f"{now.steps} steps   return {now.episode_return:.4g}   "
-            words += f"{now.seconds_left:.0f} s left"
-            print(f"\r{words}\033[K", end="", file=sys.stderr, flush=True)
+    lines = ProgressLines(sys.stderr)
+    return lambda progress: lines.show({name: progress})
 
 
 def _size(arguments: Arguments) -> dict[str, int]:

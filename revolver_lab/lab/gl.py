@@ -47,7 +47,7 @@ def remedy(renderer: Renderer) -> str:
     """
     if renderer.works:
         return ""
-    if os.environ.get("PYOPENGL_PLATFORM", renderer.backend) != renderer.backend:
+    if any("PYOPENGL_PLATFORM" in line for line in renderer.trouble):
         return "Let it be chosen: unset PYOPENGL_PLATFORM"
     if renderer.chosen_by == "probe":
         return f"Install Mesa's: {PACKAGES}"
