@@ -30,7 +30,22 @@ _PUBLIC = {
     "errors": "revolver_lab.errors",
 }
 _MODULES = {"suite", "lab", "errors"}
-__all__ = sorted(_PUBLIC)  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = [
+    "Evolution",
+    "Policy",
+    "Schedule",
+    "errors",
+    "evaluate",
+    "lab",
+    "load",
+    "load_expert",
+    "make_vec_env",
+    "names",
+    "ramp",
+    "suite",
+    "train_expert",
+    "transfer",
+]
 
 
 def __getattr__(name: str) -> Any:

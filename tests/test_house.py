@@ -17,7 +17,7 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "revolver_lab"
 # Bottom first: a module imports from its own layer and from those before it, never from above.
 LAYERS = [
-    ["errors", "_gl", "files"],
+    ["errors", "_gl", "_versions", "files"],
     ["evolution"],
     ["tasks"],
     ["robots"],
@@ -147,7 +147,8 @@ def test_public_names_survive_the_import_of_any_module():
     assert _run(code) == "[]"
 
 
-def test_there_are_few_public_names():
+def test_there_are_few_public_names_and_each_has_its_place():
+    assert set(rvl.__all__) == set(rvl._PUBLIC)
     assert len(rvl.__all__) <= 15
 
 
