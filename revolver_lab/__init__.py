@@ -52,6 +52,8 @@ def __getattr__(name: str) -> Any:
     """Load a public name when it is first used."""
     if name not in _PUBLIC:
         raise AttributeError(f"module 'revolver_lab' has no attribute {name!r}; it has {__all__}")
+    if name not in ("errors", "names"):
+        importlib.import_module("revolver_lab._versions").check()
     module = importlib.import_module(_PUBLIC[name])
     value = module if name in _MODULES else getattr(module, name)
     globals()[name] = value

@@ -104,6 +104,7 @@ class Evolution:
         _gl.choose()  # before dm_control is imported, which settles the renderer
         from dm_control.mujoco import Physics, wrapper
 
+        _gl.settle_exit()
         return Physics.from_model(wrapper.MjModel(self.model(alpha)))
 
     def model(self, alpha: float) -> mujoco.MjModel:
