@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from revolver_lab.evolution.trees import Link, Matcher, Node, Tree
+from revolver_lab.evolution.nodes import Link, Node, Tree
+from revolver_lab.evolution.trees import Matcher
 
 
 def rooted_trees(size):

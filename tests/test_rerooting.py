@@ -43,7 +43,9 @@ def random_robot(rng, bodies, *, balls=False, floor=False):
         count = 2 if rng.random() < 0.4 and not (balls and i % 2) else 1
         joints = "".join(joint(i, k) for k in range(count)) if i else "<freejoint name='f'/>"
         ends = numbers(rng.uniform(-0.15, 0.15, 6))
-        geom = f"<geom name='g{i}' type='capsule' fromto='{ends}' size='.05' contype='{int(floor)}'/>"
+        geom = (
+            f"<geom name='g{i}' type='capsule' fromto='{ends}' size='.05' contype='{int(floor)}'/>"
+        )
         below = "".join(body(c) for c in children[i])
         return (
             f"<body name='b{i}' pos='{numbers(pos)}' euler='{turn}'>"
@@ -53,7 +55,8 @@ def random_robot(rng, bodies, *, balls=False, floor=False):
     tree = body(0)
     gravity = "0 0 -9.81" if floor else "0 0 0"
     return (
-        f"<mujoco><option timestep='.002' gravity='{gravity}' cone='elliptic' tolerance='0' iterations='300' ls_iterations='100'/>"
+        f"<mujoco><option timestep='.002' gravity='{gravity}' cone='elliptic' tolerance='0'"
+        " iterations='300' ls_iterations='100'/>"
         f"<worldbody>{FLOOR if floor else ''}{tree}</worldbody>"
         f"<actuator>{''.join(motors)}</actuator>"
         "<sensor><subtreecom name='com' body='b0'/></sensor></mujoco>"
@@ -132,7 +135,9 @@ def test_forces_accelerate_the_rerooted_robot_as_the_original(seed, contact):
         found = []
         for i in range(5):
             out = np.empty(6)
-            mujoco.mj_objectAcceleration(m, d, mujoco.mjtObj.mjOBJ_XBODY, m.body(f"b{i}").id, out, 0)
+            mujoco.mj_objectAcceleration(
+                m, d, mujoco.mjtObj.mjOBJ_XBODY, m.body(f"b{i}").id, out, 0
+            )
             found.append(out)
         accelerations.append(np.array(found))
     scale = np.abs(accelerations[0]).max()

@@ -1,7 +1,6 @@
 """Keeps created geoms out of contact while they are small."""
 
 import mujoco
-import numpy as np
 
 _ROOM = 1.5
 
@@ -52,9 +51,7 @@ def _half_thickness(model: mujoco.MjModel, geom: int) -> float:
     return float(model.geom_aabb[geom, 3:].min())
 
 
-def _sticks_out(
-    model: mujoco.MjModel, data: mujoco.MjData, geom: int, others: list[int]
-) -> float:
+def _sticks_out(model: mujoco.MjModel, data: mujoco.MjData, geom: int, others: list[int]) -> float:
     """How far out of the bodies that carry it a created geom is, and half as much again [m]."""
     body = int(model.geom_bodyid[geom])
     carriers = {body}

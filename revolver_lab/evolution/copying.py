@@ -189,8 +189,6 @@ def needed(rename: Rename, kind: str, name: str, what: str) -> str:
     return here
 
 
-
-
 def copy_asset(host: mujoco.MjSpec, giver: mujoco.MjSpec, kind: str, donor: object, name: str):
     """Add a copy of a mesh, material, texture or height field, with files made absolute."""
     copy = getattr(host, f"add_{kind}")(name=name)

@@ -5,7 +5,6 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-
 _FIELDS = ("qpos", "qvel", "act", "ctrl", "mpos", "mquat")
 
 

@@ -44,7 +44,7 @@ class Lift:
 
 
 def lift(robot: mujoco.MjModel, padded: mujoco.MjModel) -> Lift:
-    """Find the places of a robot's numbers in its padded twin, by the names of joints and actuators.
+    """Find the places of a robot's numbers in its padded twin, by its joints' and actuators' names.
 
     Args:
         robot: The robot as it was.

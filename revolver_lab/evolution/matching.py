@@ -1,14 +1,15 @@
 """Finds what corresponds in two robots, so that the fewest bodies, joints and actuators appear."""
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import mujoco
 
 from revolver_lab.errors import MatchingError
+from revolver_lab.evolution.nodes import Correspondence
+from revolver_lab.evolution.pins import pinned, pinned_root
 from revolver_lab.evolution.skeleton import Skeleton
-from revolver_lab.evolution.trees import IMPOSSIBLE, Correspondence, Matcher
+from revolver_lab.evolution.trees import IMPOSSIBLE, Matcher
 from revolver_lab.evolution.twins import Names, match_elements
 
 _MAX_BODIES = 400
@@ -119,9 +120,9 @@ def match(
     """
     skeletons = Skeleton(source), Skeleton(target)
     _check_bases(skeletons)
-    bodies, joints = _pinned(skeletons, dict(pins or {}))
+    bodies, joints = pinned(skeletons, dict(pins or {}))
     matcher = Matcher(
-        skeletons[0].tree, skeletons[1].tree, bodies, joints, _pinned_root(skeletons, root)
+        skeletons[0].tree, skeletons[1].tree, bodies, joints, pinned_root(skeletons, root)
     )
     found = matcher.solve()
     if found.created >= IMPOSSIBLE:
@@ -165,62 +166,6 @@ def _check_floating_twins(skeletons: tuple[Skeleton, Skeleton], found: Correspon
                     "as many floating bodies in the source as in the target",
                     "Add it to the other robot, or remove it from this one.",
                 )
-
-
-def _pinned(
-    skeletons: tuple[Skeleton, Skeleton], pins: dict[str, str]
-) -> tuple[dict[int, int], dict[tuple[int, int], tuple[int, int]]]:
-    """Pins as indices of bodies and of joints."""
-    bodies: dict[int, int] = {}
-    joints: dict[tuple[int, int], tuple[int, int]] = {}
-    if len(set(pins.values())) < len(pins):
-        raise MatchingError(
-            f"pins={pins!r}, where two names share a partner", "one partner each", "Drop one pin."
-        )
-    for s, t in pins.items():
-        a, b = skeletons
-        if s in a.bodies and t in b.bodies:
-            bodies[a.bodies[s]] = b.bodies[t]
-        elif s in a.joints and t in b.joints:
-            joints[a.joints[s]] = b.joints[t]
-        else:
-            _refuse_pin(skeletons, s, t)
-    return bodies, joints
-
-
-def _refuse_pin(skeletons: tuple[Skeleton, Skeleton], s: str, t: str) -> None:
-    """Say which name of a pin is wrong, and which names come near."""
-    for name, skeleton, where in ((s, skeletons[0], "source"), (t, skeletons[1], "target")):
-        known = [*skeleton.bodies, *skeleton.joints]
-        if name not in known:
-            near = difflib.get_close_matches(str(name), known, n=5) or known[:5]
-            raise MatchingError(
-                f"the pin {s!r}: {t!r}, where the {where} has no body or joint {name!r}",
-                f"names of two bodies or two joints, such as {', '.join(near)}",
-                "Correct the name.",
-            )
-    raise MatchingError(
-        f"the pin {s!r}: {t!r} of a body and a joint", "two bodies, or two joints", "Correct it."
-    )
-
-
-def _pinned_root(
-    skeletons: tuple[Skeleton, Skeleton], root: str | tuple[str | None, str | None] | None
-) -> tuple[int | None, int | None]:
-    """The wanted roots as indices; one name stands for whichever robots have it."""
-    if root is None:
-        return None, None
-    both = isinstance(root, str)
-    names = (root, root) if isinstance(root, str) else tuple(root)
-    found = [s.bodies.get(n) if n else None for s, n in zip(skeletons, names)]
-    missing = [n for n, index in zip(names, found) if n and index is None]
-    if missing and not (both and len(missing) == 1):
-        known = [*skeletons[0].bodies, *skeletons[1].bodies]
-        near = difflib.get_close_matches(str(missing[0]), known, n=5) or known[:5]
-        raise MatchingError(
-            f"root={root!r}", f"a body of the robot, such as {', '.join(near)}", "Correct it."
-        )
-    return found[0], found[1]
 
 
 def _named(skeletons: tuple[Skeleton, Skeleton], found: Correspondence) -> Matching:

@@ -1,4 +1,4 @@
-"""Gives two robots the same bodies, joints and actuators: what one lacks is created at zero size."""
+"""Gives two robots the same bodies, joints and actuators, created at zero size where lacking."""
 
 from dataclasses import dataclass
 
@@ -63,7 +63,9 @@ def pad(source: mujoco.MjSpec, target: mujoco.MjSpec, matching: Matching) -> Pad
     moved = matching.source_root != ours or matching.target_root != theirs
     twins, back = _twins(matching)
     if not moved and not _lacks(source, target, twins, back):
-        return Padded(source=source.copy(), target=target.copy(), pairs=_pairs(source, target, twins))
+        return Padded(
+            source=source.copy(), target=target.copy(), pairs=_pairs(source, target, twins)
+        )
     for spec in (source, target):
         refuse_scaled_frames(spec)
     host, guest = canonical(source), canonical(target)

@@ -47,8 +47,9 @@ def read_robot(source: str | Path | mujoco.MjSpec, *, unnamed: str = "refuse") -
     """
     if unnamed not in ("refuse", "number"):
         raise RobotFileError(f"unnamed={unnamed!r}", '"refuse" or "number"', "Choose one.")
-    if isinstance(source, mujoco.MjSpec):
-        spec, where = source.copy(), f"the MjSpec {source.modelname!r}"
+    if not isinstance(source, str | Path) and isinstance(source, mujoco.MjSpec):
+        where = f"the MjSpec {source.modelname!r}"
+        spec = source.copy()
     elif isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         spec, where = _from_text(source), "the XML text"
     elif isinstance(source, str | Path):

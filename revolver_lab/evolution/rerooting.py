@@ -1,7 +1,5 @@
 """Roots a floating robot at another of its bodies, so that it moves as before."""
 
-from typing import Any
-
 import mujoco
 import numpy as np
 
@@ -9,6 +7,7 @@ from revolver_lab.errors import MatchingError
 from revolver_lab.evolution.canonical import canonical
 from revolver_lab.evolution.copying import add_body, add_dependants, add_to_body
 from revolver_lab.evolution.keyframes import restore_keyframes, stash_keyframes
+from revolver_lab.evolution.rerooted_state import reroot_state, rotated, unit
 
 _FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
 _QUAT = mujoco.mjtOrientation.mjORIENTATION_QUAT
@@ -146,15 +145,15 @@ def _hang_parent(
 ) -> None:
     """Hang a body's parent below it, with the joints between the two turned round."""
     parent = body.parent
-    pos, quat = np.array(body.pos), _unit(body.quat)
+    pos, quat = np.array(body.pos), unit(body.quat)
     back_pos, back_quat = np.empty(3), np.empty(4)
     mujoco.mju_negPose(back_pos, back_quat, pos, quat)
     copy = add_body(here, parent, parent.name)
     _place(copy, back_pos, back_quat)
     for joint in reversed(body.joints):
         turned = add_to_body(copy, "joint", joint, joint.name, _same)
-        turned.pos = pos + _rotated(joint.pos, quat)
-        turned.axis = -_rotated(joint.axis, quat)
+        turned.pos = pos + rotated(joint.pos, quat)
+        turned.axis = -rotated(joint.axis, quat)
     _fill(copy, donor, parent.name, path)
 
 
@@ -163,84 +162,9 @@ def _same(_: str, name: str) -> str:
     return name
 
 
-def _unit(quat: Any) -> np.ndarray:
-    """A quaternion of length one, (4,)."""
-    unit = np.array(quat, dtype=float)
-    mujoco.mju_normalize4(unit)
-    return unit
-
-
-def _rotated(vector: Any, quat: np.ndarray) -> np.ndarray:
-    """A vector turned by a unit quaternion, (3,)."""
-    out = np.empty(3)
-    mujoco.mju_rotVecQuat(out, np.array(vector, dtype=float), quat)
-    return out
-
-
 def _place(body: mujoco.MjsBody, pos: np.ndarray, quat: np.ndarray) -> None:
     """Set a body's frame."""
     body.pos, body.quat, body.alt.type = pos, quat, _QUAT
-
-
-def reroot_state(
-    before: mujoco.MjModel, after: mujoco.MjModel, qpos: np.ndarray, qvel: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """The state in which the re-rooted robot is where the original is, and moves as it does.
-
-    Args:
-        before: The original robot.
-        after: The robot that `reroot` made of it, compiled.
-        qpos: Positions of the original, (nq,).
-        qvel: Velocities of the original, (nv,).
-
-    Returns:
-        qpos and qvel of the re-rooted robot.
-    """
-    data = mujoco.MjData(before)
-    data.qpos[:], data.qvel[:] = qpos, qvel
-    mujoco.mj_forward(before, data)
-    new_qpos, new_qvel = after.qpos0.copy(), np.zeros(after.nv)
-    for i in range(after.njnt):
-        joint, twin = after.joint(i), before.joint(after.joint(i).name)
-        owner, held = after.body(after.jnt_bodyid[i]).name, before.jnt_bodyid[twin.id]
-        q, v = int(joint.qposadr[0]), int(joint.dofadr[0])
-        old_q, old_v = int(twin.qposadr[0]), int(twin.dofadr[0])
-        kind = int(after.jnt_type[i])
-        if kind == _FREE:
-            new_qpos[q : q + 7], new_qvel[v : v + 6] = _free_state(before, data, owner)
-        elif kind == _BALL and before.body(held).name != owner:
-            there = data.qpos[old_q : old_q + 4], data.qvel[old_v : old_v + 3]
-            turned = _turned_ball(before.body_quat[held], *there)
-            new_qpos[q : q + 4], new_qvel[v : v + 3] = turned
-        else:
-            width = 4 if kind == _BALL else 1
-            new_qpos[q : q + width] = data.qpos[old_q : old_q + width]
-            width = 3 if kind == _BALL else 1
-            new_qvel[v : v + width] = data.qvel[old_v : old_v + width]
-    return new_qpos, new_qvel
-
-
-def _free_state(
-    model: mujoco.MjModel, data: mujoco.MjData, body: str
-) -> tuple[np.ndarray, np.ndarray]:
-    """Pose (7,), and velocity (6,) as a free joint counts it, of any body."""
-    found, velocity = data.body(body), np.empty(6)
-    kind = mujoco.mjtObj.mjOBJ_XBODY
-    mujoco.mj_objectVelocity(model, data, kind, found.id, velocity, 0)
-    turning = found.xmat.reshape(3, 3).T @ velocity[:3]
-    return np.concatenate([found.xpos, found.xquat]), np.concatenate([velocity[3:], turning])
-
-
-def _turned_ball(
-    frame: np.ndarray, quat: np.ndarray, velocity: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """State of a ball joint seen from its other side; `frame` is the child's in the parent."""
-    inverse, back, half, turned = (np.empty(4) for _ in range(4))
-    mujoco.mju_negQuat(inverse, _unit(quat))
-    mujoco.mju_negQuat(back, frame)
-    mujoco.mju_mulQuat(half, frame, inverse)
-    mujoco.mju_mulQuat(turned, half, back)
-    return turned, -_rotated(_rotated(velocity, _unit(quat)), frame)
 
 
 def _state(

@@ -1,13 +1,34 @@
 """How each kind of element is written at zero size: there in name, absent in effect."""
 
+from typing import Any
+
 import mujoco
 import numpy as np
 
 EPSILON = 1e-3
-"""Factor of every created length, and of the gear of every created actuator."""
+"""Factor of every created length, and of the gear of every created actuator.
+
+Measured with random controls on all motors, created ones included, over three seeds: largest
+difference in qpos between the untouched robot and its padded twin after 100 / 300 / 1000 steps.
+
+| pair | flight | with the ground |
+|---|---|---|
+| Ant, a foot on every leg (12 nodes) | 9e-13 / 7e-13 / 6e-12 | 4e-12 / 3e-9 / 4 (chaos) |
+| cheetah, a toe (3 nodes) | 3e-14 / 9e-14 / 2e-12 | 7e-14 / 8e-13 / 5e-8 |
+| planar arm, a third link (3 nodes) | 4e-14 / 6e-14 / 1e-13 | |
+
+The same at 1e-1 and 1e-5: a created limb is not felt at any size, since its mass is 1e-13 kg and
+its joints' inertia is armature. So the size is chosen for what else depends on it: small enough
+not to be seen (1 mm in a metre), and large enough for MuJoCo's least mesh volume.
+"""
 
 HOLD = 1e4
-"""Times a joint's own inertia that holds a joint created where the bodies are welded."""
+"""Times a joint's own inertia that holds a joint created where the bodies are welded.
+
+Measured on an Ant with one more hinge at a hip: differences in qpos after 10 / 100 / 1000 steps of
+2e-8 / 3e-8 / 1e-7 in flight, 2e-8 / 1e-6 / 1 (chaos) on the ground. They fall as 1 / HOLD up to
+1e4; from 1e5 on MuJoCo's solver stops too early for the other joints, and they rise again.
+"""
 
 # MuJoCo refuses moving bodies below 1e-15. In air a robot of grams must not feel the rest of one
 # of tons. In a medium the drag follows the size that mass and inertia imply: 0.8 mm here.
@@ -96,25 +117,24 @@ def hold_joint(joint: mujoco.MjsJoint, inertia: float, timestep: float) -> None:
     joint.range = [min(low, joint.ref - 1.0), max(high, joint.ref + 1.0)]
 
 
-def shrink_shape(shape: object, *, inner: bool) -> None:
+def shrink_shape(shape: Any, *, inner: bool) -> None:
     """Shrink a created geom or site, about its own middle on a matched body.
 
     Args:
         shape: The copy.
         inner: Whether its body is created too, so that its place shrinks as well.
     """
-    s = shape
-    s.size = np.array(s.size) * EPSILON  # type: ignore[attr-defined]
-    ends = np.array(s.fromto).reshape(2, 3)  # type: ignore[attr-defined]
+    shape.size = np.array(shape.size) * EPSILON
+    ends = np.array(shape.fromto).reshape(2, 3)
     middle = np.zeros(3) if inner else ends.mean(axis=0)
     if np.isfinite(ends).all():
-        s.fromto = (middle + (ends - middle) * EPSILON).ravel()  # type: ignore[attr-defined]
+        shape.fromto = (middle + (ends - middle) * EPSILON).ravel()
     if inner:
-        s.pos = np.array(s.pos) * EPSILON  # type: ignore[attr-defined]
-    if np.isfinite(getattr(s, "mass", np.nan)):
-        s.mass = s.mass * _FACTOR  # type: ignore[attr-defined]
-    if hasattr(s, "density"):
-        s.density = s.density * EPSILON
+        shape.pos = np.array(shape.pos) * EPSILON
+    if np.isfinite(getattr(shape, "mass", np.nan)):
+        shape.mass *= _FACTOR
+    if hasattr(shape, "density"):
+        shape.density *= EPSILON
 
 
 def can_shrink(geom: mujoco.MjsGeom) -> bool:

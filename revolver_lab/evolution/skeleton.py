@@ -2,7 +2,7 @@
 
 import mujoco
 
-from revolver_lab.evolution.trees import Link, Node, Tree
+from revolver_lab.evolution.nodes import Link, Node, Tree
 
 _FREE = mujoco.mjtJoint.mjJNT_FREE
 _TYPES = {
