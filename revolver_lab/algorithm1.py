@@ -193,9 +193,10 @@ def _result(
     """Freezes what happened."""
     last = log.phases[-1]
     scores = [record.mean for record in log.evaluations]
+    score = (max(scores) if policy is log.best else scores[-1]) if scores else None
     card = ModelCard(
         robot=robot, alpha=last.alpha, algorithm=settings["learner"]["algorithm"], seed=seed,
-        steps=log.steps, episode_return=scores[-1] if scores else None,
+        steps=log.steps, episode_return=score,
         versions=settings["versions"], command=settings["command"], commit=settings["commit"],
     )  # fmt: skip
     return TransferLog(

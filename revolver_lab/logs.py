@@ -64,7 +64,7 @@ class TransferLog:
         phases: What happened, phase by phase.
         evaluations: Evaluations on the target E(1), in order; empty where none were asked for.
         steps: Environment steps of training [steps].
-        evaluation_steps: Environment steps spent on evaluations, not among `steps` [steps].
+        evaluation_steps: Environment steps spent on evaluations at most, beyond `steps` [steps].
         wall_time: Seconds it took [s].
         reached_target: Whether the phase at alpha = 1 was completed.
         seed: Seed of everything random.
