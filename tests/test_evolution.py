@@ -276,3 +276,26 @@ def test_importing_evolution_reads_no_display(monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     assert os.environ.get("DISPLAY") is None
     assert rvl.Evolution(pendulum(), pendulum(length=2)).model(0.5).nbody == 2
+
+
+@pytest.mark.parametrize("case", ["mesh", "rod"])
+def test_a_moved_physics_draws_what_a_fresh_one_draws(case):
+    from revolver_lab import _gl
+
+    if not _gl.choose().works:
+        pytest.skip("no OpenGL here")
+    light = '<light pos="0 -1 3"/><camera name="side" pos="0 -4 2" xyaxes="1 0 0 0 0 1"/>'
+    ends = {
+        "mesh": (_mesh("1 1 1"), _mesh("1 2 0.5")),
+        "rod": (pendulum(), pendulum(length=2.0)),
+    }[case]
+    ends = [text.replace("<worldbody>", f"<worldbody>{light}") for text in ends]
+    evolve = rvl.Evolution(*ends)
+    moved, fresh = evolve(0.0), evolve(0.8)
+    first = moved.render(120, 160, camera_id="side")
+    contexts = moved.contexts
+    evolve.set_alpha(moved, 0.8)
+    frames = [physics.render(120, 160, camera_id="side") for physics in (moved, fresh)]
+    np.testing.assert_array_equal(*frames)
+    assert (frames[0] != first).any()
+    assert moved.contexts is contexts
