@@ -78,15 +78,26 @@ class Matching:
         return [head, *body, *roots, *joints, *actuators]
 
     def _rows(self) -> list[tuple[str, str]]:
-        """Indented names: the source's tree, then what only the target has."""
-        twin, back = dict(self.bodies), {t: s for s, t in self.bodies if t is not None}
-        rows = []
-        for body, _, depth in self.source_levels:
-            other = twin.get(body)
-            rows.append(("  " * depth + body, "  " * depth + (other or f"+{body}")))
-        for body, _, depth in self.target_levels:
+        """Indented names: the source's tree, and under each body what only the target has there."""
+        twin = {s: t for s, t in self.bodies if s is not None}
+        back = {t: s for s, t in self.bodies if t is not None}
+        lone: dict[str, list[str]] = {}
+        for body, parent, _ in self.target_levels:
             if back.get(body) is None:
+                lone.setdefault(back.get(parent) or f"+{parent}", []).append(body)
+
+        rows: list[tuple[str, str]] = []
+
+        def add_lone(parent: str, depth: int) -> None:
+            """Add what only the target has under one body."""
+            for body in lone.get(parent, []):
                 rows.append(("  " * depth + f"+{body}", "  " * depth + body))
+                add_lone(f"+{body}", depth + 1)
+
+        for body, _, depth in self.source_levels:
+            rows.append(("  " * depth + body, "  " * depth + (twin.get(body) or f"+{body}")))
+            add_lone(body, depth + 1)
+        add_lone("+world", 0)
         return rows
 
 

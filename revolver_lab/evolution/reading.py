@@ -1,6 +1,7 @@
 """Reads a robot from MJCF or URDF into an MjSpec in which everything has a name."""
 
 import difflib
+import os
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -88,7 +89,7 @@ def _from_path(path: str | Path) -> mujoco.MjSpec:
     for base in ["", *found.folders]:
         inside(folder, base, where)
         for name in found.files + found.visuals:
-            inside(folder, str(Path(base) / name), where)
+            inside(folder, os.path.join(base, name), where)
     if found.kind == "robot":
         return _parse(data.decode(), found, where, folder)
     try:

@@ -1,0 +1,163 @@
+"""Every robot file is read as MuJoCo reads it, or refused with what to do."""
+
+import gymnasium
+import mujoco
+import numpy as np
+import pytest
+
+from revolver_lab.errors import ParameterError, RobotFileError
+from revolver_lab.evolution.reading import read_robot
+
+BOX = "<body name='b'><joint name='j'/><geom size='.1'/></body>"
+BOMB = "<!DOCTYPE x [<!ENTITY a 'aaaa'><!ENTITY b '&a;&a;'>]><mujoco>&b;</mujoco>"
+URDF = """<robot name="r"><link name="base">{}</link><link name="tip">
+<inertial><mass value="{}"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<visual><geometry><box size=".1 .1 .1"/></geometry></visual></link><link name="flange"/>
+<joint name="weld" type="fixed"><parent link="tip"/><child link="flange"/></joint>
+<joint name="turn" type="revolute"><parent link="base"/><child link="tip"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="3" velocity="1"/></joint></robot>"""
+
+
+def mjcf(inside="", before=""):
+    return f"<mujoco>{before}<worldbody>{BOX}{inside}</worldbody></mujoco>"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "cannot be read|not a file"),
+        ("<", "not well-formed"),
+        ("<mujoco><worldbody>", "not well-formed"),
+        ("<html></html>", "starts with <html>.*MJCF"),
+        ("<mujoco><nonsense/></mujoco>", "MuJoCo says.*Schema violation"),
+        (BOMB, "DOCTYPE"),
+        ("<mujoco>" + "<a>" * 500 + "</a>" * 500 + "</mujoco>", "nested 129 deep"),
+        (mjcf("<geom size='.1' name='g'/><geom size='.1' name='g'/>"), "repeated name 'g'"),
+        (mjcf("<body><geom size='.1'/></body>"), "a child of body 'world' without a name.*number"),
+        (mjcf("<body name='c'><joint/><geom size='.1'/></body>"), "a joint of body 'c'"),
+        (mjcf("<body name='c' pos='nan 0 0'/>"), "pos=.*finite"),
+        (mjcf("<body name='c' pos='1e999 0 0'/>"), "pos=.*finite"),
+        (mjcf("<body name='c'><joint name='k'/></body>"), "mjMINVAL.*geom with a mass"),
+        (mjcf(before="<include file='/etc/passwd'/>"), "names the file '/etc/passwd'"),
+        (mjcf(before="<extension><plugin plugin='p'/></extension>"), "<extension>"),
+        (mjcf("<replicate count='9999999'><geom size='.1'/></replicate>"), "replicated"),
+        (mjcf(before="<size memory='900G'/>"), "memory"),
+        (mjcf(before="<asset><texture name='t' builtin='flat' width='99999'/></asset>"), "width"),
+    ],
+)
+def test_bad_text_is_refused_with_what_is_wrong(text, message):
+    with pytest.raises(RobotFileError, match=message) as caught:
+        read_robot(text)
+    assert caught.value.remedy
+    assert caught.value.allowed
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        mjcf("<body name='c'><joint name='k'/><geom size='.1' mass='-1'/></body>"),
+        mjcf("<geom size='.1' density='-5'/>"),
+        URDF.format("", "-1"),
+    ],
+)
+def test_negative_mass_is_refused(text):
+    with pytest.raises(ParameterError, match=r"mass|density"):
+        read_robot(text)
+
+
+def test_an_mjspec_with_negative_mass_is_refused():
+    spec = mujoco.MjSpec.from_string(mjcf())
+    spec.geoms[0].mass = -1
+    with pytest.raises(ParameterError, match="mass -1"):
+        read_robot(spec)
+
+
+def test_a_path_that_does_not_exist_names_what_is_there(tmp_path):
+    (tmp_path / "robot.xml").write_text(mjcf())
+    with pytest.raises(RobotFileError, match=r"is not a file.*robot\.xml"):
+        read_robot(str(tmp_path / "robto.xml"))
+    with pytest.raises(RobotFileError, match="a int"):
+        read_robot(3)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("data", [b"", b"\0\1\2\xff" * 100, b"<mujoco>\xff\xfe</mujoco>"])
+def test_binary_and_empty_files_are_refused(tmp_path, data):
+    path = tmp_path / "robot.xml"
+    path.write_bytes(data)
+    with pytest.raises(RobotFileError):
+        read_robot(path)
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        "<asset><mesh name='m' file='../secret.stl'/></asset>",
+        "<asset><mesh name='m' file='/etc/hosts'/></asset>",
+        "<compiler meshdir='..'/>",
+        "<compiler texturedir='/etc'/>",
+        "<asset><texture name='t' type='2d' file='link.png'/></asset>",
+        "<asset><hfield name='h' file='../h.png' size='1 1 1 1'/></asset>",
+        "<include file='../other.xml'/>",
+        "<include file='sub/more.xml'/>",
+    ],
+)
+def test_files_outside_the_folder_are_refused(tmp_path, before):
+    home = tmp_path / "robot"
+    (home / "sub").mkdir(parents=True)
+    (tmp_path / "other.xml").write_text("<mujoco/>")
+    (home / "link.png").symlink_to("/etc/hosts")
+    (home / "sub" / "more.xml").write_text(
+        "<mujocoinclude><asset><mesh name='m' file='../../x.stl'/></asset></mujocoinclude>"
+    )
+    path = home / "robot.xml"
+    path.write_text(mjcf(before=before))
+    with pytest.raises(RobotFileError, match="outside its folder"):
+        read_robot(path)
+
+
+def test_a_missing_mesh_is_named(tmp_path):
+    path = tmp_path / "robot.xml"
+    path.write_text(mjcf(before="<asset><mesh name='m' file='gone.stl'/></asset>"))
+    with pytest.raises(RobotFileError, match=r"gone\.stl.*Put the file"):
+        read_robot(path)
+
+
+def test_includes_in_the_folder_are_followed(tmp_path):
+    (tmp_path / "robot.xml").write_text(mjcf(before="<include file='more.xml'/>"))
+    (tmp_path / "more.xml").write_text("<mujoco><option timestep='.004'/></mujoco>")
+    assert read_robot(tmp_path / "robot.xml").option.timestep == 0.004
+
+
+def test_everything_gets_a_name_and_the_given_spec_keeps_its_own():
+    spec = mujoco.MjSpec.from_string(mjcf("<body><freejoint/><geom size='.1'/></body>"))
+    named = read_robot(spec, unnamed="number")
+    groups = (named.bodies, named.joints, named.geoms, named.sites, named.actuators)
+    assert all(element.name for group in groups for element in group)
+    assert "" in [geom.name for geom in spec.geoms]
+
+
+def test_a_urdf_keeps_its_links_visuals_and_limits():
+    spec = read_robot(URDF.format("", "1"))
+    assert [body.name for body in spec.bodies[1:]] == ["base", "tip", "flange"]
+    model = spec.compile()
+    assert model.ngeom == 1
+    np.testing.assert_allclose(model.joint("turn").range, [-1, 1])
+
+
+def test_package_paths_in_a_urdf_are_refused(tmp_path):
+    mesh = '<visual><geometry><mesh filename="package://r/m.stl"/></geometry></visual>'
+    path = tmp_path / "r.urdf"
+    path.write_text(URDF.format(mesh, "1"))
+    with pytest.raises(RobotFileError, match="package://"):
+        read_robot(path)
+
+
+@pytest.mark.parametrize("name", ["ant", "humanoid", "half_cheetah", "pusher"])
+def test_reading_changes_no_array_of_the_compiled_robot(name):
+    folder = gymnasium.__path__[0] + "/envs/mujoco/assets/"
+    ours = read_robot(folder + f"{name}.xml", unnamed="number").compile()
+    theirs = mujoco.MjModel.from_xml_path(folder + f"{name}.xml")
+    for attribute in dir(theirs):
+        value = getattr(theirs, attribute)
+        if isinstance(value, np.ndarray) and not attribute.startswith(("name", "_")):
+            np.testing.assert_array_equal(value, getattr(ours, attribute), attribute)
