@@ -60,6 +60,7 @@ class Grower:
     def _new_name(self, kind: str, plural: str, name: str) -> str:
         """A name for a created element that the host does not use yet."""
         taken = {element.name for element in getattr(self.host, plural)}
+        taken |= set(self.twins.get(kind, {}).values())
         here = free_name(name, taken)
         self.twins.setdefault(kind, {})[name] = here
         return here
@@ -109,6 +110,9 @@ class Grower:
                 shrinking.shrink_joint(copy, self._model, joint.name)
             return
         order = self._merged_order(body, here)
+        for joint, ours in order:
+            if not ours:
+                self._new_name("joint", "joints", joint)
         backup = self.host.copy()  # kept as long as its joints are read: they do not keep it
         originals = {joint.name: joint for joint in backup.body(here.name).joints}
         for joint in list(here.joints):
@@ -131,12 +135,14 @@ class Grower:
                 place += 1
             else:
                 place = max(place, order.index((twin, True)) + 1)
-        balls = {j.name for j in [*here.joints, *body.joints] if j.type == _BALL}
-        return sorted(order, key=lambda entry: entry[0] in balls)  # a ball has to come last
+        balls = {(joint.name, True) for joint in here.joints if joint.type == _BALL}
+        balls |= {(joint.name, False) for joint in body.joints if joint.type == _BALL}
+        return sorted(order, key=lambda entry: entry in balls)  # a ball has to come last
 
     def _copy_joint(self, here: mujoco.MjsBody, joint: mujoco.MjsJoint) -> mujoco.MjsJoint:
         """Add a copy of one joint at full size."""
-        name = self._new_name("joint", "joints", joint.name)
+        name = self.twins["joint"].get(joint.name)
+        name = name or self._new_name("joint", "joints", joint.name)
         return copying.add_to_body(here, "joint", joint, name, self._rename)
 
     def _add_shapes(self, body: mujoco.MjsBody) -> None:
