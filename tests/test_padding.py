@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from random_robots import random_robot
 
 from revolver_lab.evolution.lifting import lift
 from revolver_lab.evolution.matching import match
@@ -175,3 +176,52 @@ def test_a_rerooted_target_flies_as_before():
         mujoco.mj_kinematics(model, state)
     for name in ("m", "p", "q"):
         np.testing.assert_allclose(data[0].body(name).xpos, data[1].body(name).xpos, atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_any_two_floating_robots_can_be_padded_and_the_source_moves_as_before(seed):
+    rng = np.random.default_rng(seed)
+    a, b = (
+        random_robot(rng, int(rng.integers(1, 7)), balls=seed % 3 == 0, floor=seed % 2 == 0)
+        for _ in range(2)
+    )
+    source, _, twins = padded(a, b)
+    models = twins.source.compile(), twins.target.compile()
+    assert models[0].nq == models[1].nq
+    assert models[0].nu == models[1].nu
+    model = source.compile()
+    assert apart(model, models[0], 60, ground=False).max() < 1e-4
+
+
+def test_meshes_defaults_tendons_and_constraints_come_along(tmp_path):
+    corners = "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    (tmp_path / "tip.obj").write_text(corners)
+    hand = (
+        "<body name='hand' pos='0 0 .3'><joint name='wrist' class='arm'/><geom mesh='tip'"
+        " class='skin'/><body name='f' pos='.05 0 .1'><joint name='f' type='slide'"
+        " range='0 .04'/><geom type='box' size='.01 .01 .03'/></body></body>"
+    )
+    robot = (
+        "<mujoco><compiler autolimits='true'/><default><default class='arm'>"
+        "<joint damping='1' armature='.1' axis='0 1 0'/><position kp='50'/>"
+        "<default class='skin'><geom type='mesh' material='red'/></default></default></default>"
+        "<asset><material name='red'/><mesh name='tip' file='tip.obj'/></asset><worldbody>"
+        "<body name='base' childclass='arm'><joint name='turn'/><geom class='skin' mesh='tip'/>{}"
+        "</body></worldbody>{}<actuator><position class='arm' name='turn' joint='turn'/></actuator>"
+        "</mujoco>"
+    )
+    rest = (
+        "<tendon><fixed name='t'><joint joint='turn' coef='1'/><joint joint='f' coef='2'/></fixed>"
+        "</tendon><equality><joint joint1='f' joint2='wrist' polycoef='0 .1 0 0 0'/></equality>"
+        "<sensor><jointpos name='felt' joint='wrist'/></sensor>"
+        "<actuator><motor name='pull' tendon='t'/></actuator>"
+    )
+    for name, text in (("a", robot.format("", "")), ("b", robot.format(hand, rest))):
+        (tmp_path / f"{name}.xml").write_text(text)
+    source, target = read_robot(tmp_path / "a.xml"), read_robot(tmp_path / "b.xml")
+    twins = pad(source, target, match(source, target))
+    models = twins.source.compile(), twins.target.compile()
+    for size in ("nbody", "ntendon", "neq", "nsensor", "nu", "ngeom"):
+        assert getattr(models[0], size) == getattr(models[1], size), size
+    assert len(twins.pairs["mesh"]) == 2
+    assert apart(source.compile(), models[0], 300, ground=False).max() < 1e-6

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from enum import Enum
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -202,10 +203,8 @@ def copy_asset(host: mujoco.MjSpec, giver: mujoco.MjSpec, kind: str, donor: obje
     return copy
 
 
-def _absolute(giver: mujoco.MjSpec, folder: str, file: str) -> object:
+def _absolute(giver: mujoco.MjSpec, folder: str, file: str) -> Path:
     """Where a robot's asset file is."""
-    from pathlib import Path
-
     name = Path(file).name if giver.strippath else file
     return (Path(giver.modelfiledir) / folder / name).resolve()
 

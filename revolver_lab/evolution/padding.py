@@ -63,9 +63,9 @@ def pad(source: mujoco.MjSpec, target: mujoco.MjSpec, matching: Matching) -> Pad
     moved = matching.source_root != ours or matching.target_root != theirs
     twins, back = _twins(matching)
     if not moved and not _lacks(source, target, twins, back):
-        return Padded(
-            source=source.copy(), target=target.copy(), pairs=_pairs(source, target, twins)
-        )
+        same = source.copy(), target.copy()
+        _separate_meshes(*same, twins)
+        return Padded(source=same[0], target=same[1], pairs=_pairs(*same, twins))
     for spec in (source, target):
         refuse_scaled_frames(spec)
     host, guest = canonical(source), canonical(target)
@@ -159,15 +159,23 @@ def _paired_meshes(
 
 
 def _separate_meshes(source: mujoco.MjSpec, target: mujoco.MjSpec, names: Twins) -> None:
-    """Copy a source mesh under a new name where two of its geoms become different meshes."""
-    partner: dict[str, str] = {}
+    """Copy a mesh under a new name where its geoms become, or come from, different meshes."""
+    forth: dict[str, str] = {}
+    back: dict[str, str] = {}
     for a, b in names["geom"].items():
-        geom, there = source.geom(a), target.geom(b).meshname
-        if not geom.meshname or not there:
+        ours, theirs = source.geom(a), target.geom(b)
+        if not ours.meshname or not theirs.meshname:
             continue
-        if partner.setdefault(geom.meshname, there) != there:
-            mesh = next(m for m in source.meshes if m.name == geom.meshname)
-            name = free_name(mesh.name, {m.name for m in source.meshes})
-            copy_asset(source, source, "mesh", mesh, name)
-            geom.meshname = name
-            partner[name] = there
+        if forth.get(ours.meshname, theirs.meshname) != theirs.meshname:
+            _take_own_mesh(source, ours)
+        if back.get(theirs.meshname, ours.meshname) != ours.meshname:
+            _take_own_mesh(target, theirs)
+        forth[ours.meshname], back[theirs.meshname] = theirs.meshname, ours.meshname
+
+
+def _take_own_mesh(spec: mujoco.MjSpec, geom: mujoco.MjsGeom) -> None:
+    """Give a geom a copy of its mesh."""
+    mesh = next(m for m in spec.meshes if m.name == geom.meshname)
+    name = free_name(mesh.name, {m.name for m in spec.meshes})
+    copy_asset(spec, spec, "mesh", mesh, name)
+    geom.meshname = name
