@@ -8,6 +8,16 @@ from pathlib import Path
 from typing import Any
 
 
+def asset_folder(kind: str) -> Path:
+    """Returns the folder of shipped files: the repository's, or the installed package's.
+
+    Args:
+        kind: "experts", "frames", ...
+    """
+    inside = Path(__file__).parent / "assets" / kind
+    return inside if inside.is_dir() else Path(__file__).parent.parent / "assets" / kind
+
+
 def write_atomically(path: str | Path, content: bytes | str) -> Path:
     """Writes a file through a temporary neighbour that is renamed into place.
 

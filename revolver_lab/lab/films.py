@@ -10,9 +10,10 @@ import numpy as np
 
 from revolver_lab.errors import SettingsError
 from revolver_lab.evolution.evolution import Evolution
-from revolver_lab.lab import captions, encoders
+from revolver_lab.lab import captions, encoders, gl
 from revolver_lab.lab.frames import FIT, Stage
 from revolver_lab.lab.rollouts import Rollout
+from revolver_lab.lab.standins import Recorded, open_stage
 
 ALPHAS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _THERE = 2.5
@@ -45,7 +46,7 @@ def strip(
 
     Raises:
         AlphaError: If an alpha is outside [0, 1].
-        MissingExtraError: If no OpenGL works here.
+        MissingExtraError: If no OpenGL works here and the robot was not recorded.
         SettingsError: If there is no alpha, or the path has another ending.
     """
     alphas = list(alphas)
@@ -53,7 +54,7 @@ def strip(
         raise SettingsError("no alphas", "at least one in [0, 1]", "Pass alphas=(0, 1).")
     if path is not None:
         encoders.check_path(path, encoders.PICTURES)
-    with Stage(evolve, width=width, height=height, camera=camera) as stage:
+    with open_stage(evolve, width=width, height=height, camera=camera) as stage:
         panels = [_panel(stage.frame(alpha), f"alpha {alpha:.2g}", "", alpha) for alpha in alphas]
     picture = captions.beside(panels)
     if path is not None:
@@ -89,6 +90,7 @@ def film(
     """
     checked = encoders.check_path(path, encoders.MOVIES)
     encoders.check_fps(fps)
+    gl.ensure()  # a film of recorded pictures would show a robot that only stands
     with contextlib.closing(film_frames(
         shown, width=width, height=height, fps=fps, camera=camera
     )) as frames:  # fmt: skip
@@ -113,7 +115,7 @@ def film_frames(
         raise SettingsError("no rollouts", "at least one", "Make one with rvl.lab.record.")
     with contextlib.ExitStack() as opened:
         stages = {
-            name: opened.enter_context(Stage(evolve, **size))
+            name: opened.enter_context(open_stage(evolve, **size))
             for name, evolve in {id(run.evolve): run.evolve for run in rollouts}.items()
         }
         length = max(run.seconds for run in rollouts)
@@ -132,7 +134,7 @@ def _journey(evolve: Evolution, fps: float, size: dict) -> Generator[np.ndarray,
             yield _panel(stage.frame(alpha), evolve.name, f"alpha {alpha:.2f}", alpha)
 
 
-def _moment(stage: Stage, run: Rollout, time: float) -> np.ndarray:
+def _moment(stage: Stage | Recorded, run: Rollout, time: float) -> np.ndarray:
     """One rollout at one time, with what it has earned by then."""
     row = run.row(time)
     earned = float(run.rewards[: row + 1].sum())
