@@ -85,7 +85,7 @@ class Grower:
         grows = len(self.donor.bodies) > len(self._matched)
         if not (grows and (from_geoms or bounds)):
             return
-        state_inertias(self.host, self._before)
+        shrinking.state_inertias(self.host, self._before)
 
     def _add_body(self, body: mujoco.MjsBody) -> None:
         """Add one body, unless it has a twin."""
@@ -230,24 +230,3 @@ class Grower:
     def _donor_name(self, kind: str, name: str) -> str:
         """The donor's name of what the host calls so."""
         return next(there for there, here in self.twins[kind].items() if here == name)
-
-
-def state_inertias(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
-    """Write down every inertia that the compiler found, and let it stand as it is.
-
-    Args:
-        spec: A robot, changed in place.
-        model: The same robot, compiled.
-    """
-    for body in spec.bodies[1:]:
-        i = model.body(body.name).id
-        if model.body_mass[i] > 0.0:
-            body.explicitinertial = True
-            body.fullinertia = [np.nan, 0, 0, 0, 0, 0]
-            body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
-            for attribute in ("mass", "ipos", "iquat", "inertia"):
-                setattr(body, attribute, getattr(model, f"body_{attribute}")[i])
-    compiler = spec.compiler
-    compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
-    compiler.settotalmass, compiler.balanceinertia = -1.0, False
-    compiler.boundmass = compiler.boundinertia = 0.0
