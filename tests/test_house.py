@@ -28,6 +28,7 @@ LAYERS = [
     ["evaluation", "logs", "recorder", "progress"],
     ["algorithm1"],
     ["experts"],
+    ["exercises"],
     ["lab"],
     ["demo", "cli"],
 ]

@@ -1,7 +1,27 @@
-"""What people look at: strips, films, matchings; the only place that needs OpenGL."""
+"""What people look at: sliders, strips, films, matchings; the only place that needs OpenGL."""
 
+from revolver_lab.lab.compare import compare
+from revolver_lab.lab.explore import App, explore
 from revolver_lab.lab.films import ALPHAS, film, strip
+from revolver_lab.lab.pictures import Picture, picture
+from revolver_lab.lab.player import Player
 from revolver_lab.lab.rollouts import Rollout, record
+from revolver_lab.lab.static_slider import static_slider
 from revolver_lab.lab.trees import Drawing, show
 
-__all__ = ["ALPHAS", "Drawing", "Rollout", "film", "record", "show", "strip"]
+__all__ = [
+    "ALPHAS",
+    "App",
+    "Drawing",
+    "Picture",
+    "Player",
+    "Rollout",
+    "compare",
+    "explore",
+    "film",
+    "picture",
+    "record",
+    "show",
+    "static_slider",
+    "strip",
+]

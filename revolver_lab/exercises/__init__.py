@@ -1,0 +1,1 @@
+"""Checks of the notebooks' exercises: they say what went wrong, and never give the answer away."""
