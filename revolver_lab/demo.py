@@ -121,7 +121,7 @@ def _pictures(expert: Policy, carried: Policy, options: argparse.Namespace) -> l
     try:
         options.out.mkdir(parents=True, exist_ok=True)
         lab.strip(evolve, path=strip)
-        return [lab.film(rollouts, film), strip]
+        return [lab.film(rollouts, film, width=256, height=192, fps=10), strip]
     except RevolverError as error:
         print(f"No film: {error}")
         return []
