@@ -88,11 +88,15 @@ class Matcher:
         return parent == 0 and body in self.trees[side].free
 
     def _rooted(self, u: int, v: int) -> tuple[float, int, int]:
-        """The cheapest pair of roots for two free trees: (cost, source root, target root)."""
+        """The cheapest pair of roots for two free trees: (cost, source root, target root).
+
+        Where several bodies float, each keeps the root that it has.
+        """
         best = (math.inf, u, v)
         wanted = self._roots
-        for r in self.trees[0].component(u):
-            for s in self.trees[1].component(v):
+        alone = all(len(tree.free) == 1 for tree in self.trees)
+        for r in self.trees[0].component(u) if alone else [u]:
+            for s in self.trees[1].component(v) if alone else [v]:
                 if wanted[0] not in (None, r) or wanted[1] not in (None, s):
                     continue
                 moved = self._weights.root * (2 * (r != u) + (s != v))
