@@ -7,6 +7,7 @@ from pathlib import Path
 from revolver_lab.algorithm1 import transfer
 from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.evaluation import evaluate
+from revolver_lab.files import asset_folder
 from revolver_lab.learners.settings import COURSE, LearnerSettings
 from revolver_lab.logs import TransferLog, write_table
 from revolver_lab.policies import Policy
@@ -48,9 +49,8 @@ _FRESH_SEED = 2_000_000  # of the episodes on a card: neither training nor selec
 
 
 def expert_folder() -> Path:
-    """Returns the folder of shipped experts: the repository's, or the installed package's."""
-    inside = Path(__file__).parent / "assets" / "experts"
-    return inside if inside.is_dir() else Path(__file__).parent.parent / "assets" / "experts"
+    """Returns the folder of shipped experts."""
+    return asset_folder("experts")
 
 
 def load_expert(name: str) -> Policy:

@@ -4,30 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-
-def insert_zeros(
-    array: np.ndarray, where: np.ndarray, size: int, axis: int, fill: float = 0.0
-) -> np.ndarray:
-    """Returns an array grown along one axis, the old entries at `where`, `fill` elsewhere.
-
-    Args:
-        array: What is grown.
-        where: New index of each old one, (array.shape[axis],).
-        size: New length of the axis.
-        axis: The axis.
-        fill: What the new entries hold.
-
-    Example:
-        >>> insert_zeros(np.array([1.0, 2.0]), np.array([0, 2]), 3, axis=0)
-        array([1., 0., 2.])
-    """
-    shape = list(array.shape)
-    shape[axis] = size
-    grown = np.full(shape, fill, dtype=array.dtype)
-    index: list = [slice(None)] * array.ndim
-    index[axis] = where
-    grown[tuple(index)] = array
-    return grown
+from revolver_lab.evolution.lifting import insert_zeros
 
 
 def lift_weights(
@@ -58,9 +35,9 @@ def lift_weights(
         elif rest == "0.weight":
             array = insert_zeros(array, columns, observation_size, axis=1)
         elif rest in ("input_shift", "input_scale"):
-            array = insert_zeros(array, columns, observation_size, 0, float(rest[-1] == "e"))
+            array = _around(rest, array, columns, observation_size)
         if not network.startswith("critic") and _is_output(rest, layers):
-            array = insert_zeros(array, rows, action_size, 0, float(rest == "output_scale"))
+            array = _around(rest, array, rows, action_size)
         lifted[name] = array
     return lifted
 
@@ -69,3 +46,9 @@ def _is_output(rest: str, layers: int) -> bool:
     """Says whether an actor's array has one row for each action."""
     heads = (f"{layers - 1}.", "log_std", "output_")
     return rest.startswith(heads)
+
+
+def _around(name: str, array: np.ndarray, where: np.ndarray, size: int) -> np.ndarray:
+    """Inserts zeros along the first axis; ones into what scales."""
+    neutral = 1.0 if name.endswith("_scale") else 0.0
+    return insert_zeros(array - neutral, where, size, axis=0) + neutral

@@ -10,7 +10,6 @@ import numpy as np
 from revolver_lab.cards import ModelCard
 from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.files import write_json
-from revolver_lab.lifting import lift_weights
 from revolver_lab.weights import count_layers, load_weights, refusal, save_weights
 
 HEADS = ("squashed_gaussian", "tanh", "gaussian")
@@ -154,6 +153,8 @@ class Policy:
             action_rows: Where each old action stands in the new one, (A,).
             action_size: Length of the new action.
         """
+        from revolver_lab.lifting import lift_weights
+
         weights = lift_weights(
             self.weights, self.layers, np.asarray(observation_columns), observation_size,
             np.asarray(action_rows), action_size,

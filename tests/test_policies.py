@@ -11,11 +11,11 @@ import pytest
 
 from revolver_lab.cards import ModelCard, versions
 from revolver_lab.errors import PolicyFileError, SettingsError
+from revolver_lab.evolution.lifting import insert_zeros
 from revolver_lab.files import write_atomically
 from revolver_lab.learners.convert import from_sb3, tensors, to_sb3
 from revolver_lab.learners.sb3 import build
 from revolver_lab.learners.settings import LearnerSettings
-from revolver_lab.lifting import insert_zeros
 from revolver_lab.policies import Policy
 from revolver_lab.weights import load_weights, save_weights
 
