@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help demo test test-slow lab bench check fix clean
+.PHONY: help demo test test-slow test-browser lab bench check fix clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -20,10 +20,15 @@ demo: $(VENV)/ready-train  ## an expert fails on a changed robot; Algorithm 1 ca
 	$(BIN)/python -m revolver_lab.demo
 
 test: $(VENV)/ready-dev  ## every claim of the package, in minutes
-	$(BIN)/python -m pytest -q -n 2 --dist worksteal
+	$(BIN)/python -m pytest -q -n 2 --dist worksteal --nbmake --nbmake-timeout=60 tests revolver_lab notebooks/*.ipynb
 
 test-slow: $(VENV)/ready-dev  ## the claims that take longer
 	$(BIN)/python -m pytest -q -m slow
+
+test-browser: $(VENV)/ready-dev  ## the notebook in JupyterLab, by keyboard; installs Chromium
+	command -v chromium >/dev/null || { apt-get update -qq && apt-get install -y -qq chromium; } || \
+	    { echo "Chromium is missing. Run: sudo apt-get install -y chromium" && exit 1; }
+	$(BIN)/python -m pytest -q tests/test_browser.py
 
 lab: $(VENV)/ready-dev  ## JupyterLab
 	$(BIN)/jupyter lab notebooks

@@ -84,9 +84,9 @@ def _between_mistake(answer: Any) -> None:
     _turn_mistake(np.array([numbers(turn, 4, "The quaternion") for _, turn in pairs]))
 
 
-def _ball(radius: np.ndarray) -> np.ndarray:
+def _ball(radius: np.ndarray | float) -> np.ndarray:
     """Mass of a ball of the pad's density, 4/3 pi r^3 rho [kg]."""
-    return DENSITY * 4 / 3 * np.pi * radius**3
+    return DENSITY * 4 / 3 * np.pi * np.asarray(radius) ** 3
 
 
 def _mass_mistake(masses: np.ndarray) -> None:
