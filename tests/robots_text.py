@@ -4,7 +4,10 @@ FEATURES = """
 <mujoco model="features">
   <compiler angle="{angle}" eulerseq="zyx"/>
   <option timestep="{timestep}" density="1.2" viscosity="0.01"/>
-  <default><geom friction="{friction} .01 .001"/><default class="soft"><joint damping="{damping}"/></default></default>
+  <default>
+    <geom friction="{friction} .01 .001"/>
+    <default class="soft"><joint damping="{damping}"/></default>
+  </default>
   <worldbody>
     <light name="sun" pos="0 0 3" dir="0 0 -1"/>
     <camera name="side" pos="0 -3 1" xyaxes="1 0 0 0 0.3 1"/>
@@ -16,7 +19,8 @@ FEATURES = """
         <frame name="inner" pos="0 0 .02" axisangle="0 0 1 30">
           <site name="tip" pos=".01 0 0" size=".01"/>
           <body name="thigh" pos="0 .02 0" childclass="soft">
-            <joint name="hip" axis="0 1 {axis}" range="-30 {upper}" ref="5" springref="3" stiffness="2"/>
+            <joint name="hip" axis="0 1 {axis}" range="-30 {upper}" ref="5" springref="3"
+                   stiffness="2"/>
             <geom name="bone" type="capsule" fromto="0 0 0 0 {lean} -{length}" size=".03"/>
             <body name="foot" pos="0 0 -{length}">
               <inertial pos="0 0 -.02" mass="{mass}" fullinertia=".002 .002 .001 .0001 0 0"/>
@@ -28,7 +32,11 @@ FEATURES = """
       </frame>
     </body>
   </worldbody>
-  <tendon><fixed name="link" stiffness="{spring}"><joint joint="hip" coef="1"/><joint joint="ankle" coef="{spring}"/></fixed></tendon>
+  <tendon>
+    <fixed name="link" stiffness="{spring}">
+      <joint joint="hip" coef="1"/><joint joint="ankle" coef="{spring}"/>
+    </fixed>
+  </tendon>
   <actuator>
     <position name="servo" joint="hip" kp="{gain}" ctrlrange="-1 1"/>
     <motor name="push" joint="ankle" gear="{gain}" ctrlrange="-1 1" forcerange="-{gain} {gain}"/>

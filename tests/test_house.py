@@ -1,4 +1,4 @@
-"""The house rules: imports point one way, the package is light, and what is public is documented."""
+"""House rules: imports point one way, the package is light, what is public is documented."""
 
 import ast
 import importlib
