@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from stable_baselines3 import SAC
+from stable_baselines3 import DQN, SAC
 
 from revolver_lab.algorithm1 import run, transfer
 from revolver_lab.envs.vector import make_vec_env
@@ -209,6 +209,8 @@ def test_progress_tells_phase_alpha_return_and_time_left(evolve):
         ({"schedule": dataclasses.replace(PATH, episodes_per_phase=2)}, "shorter than an episode"),
         ({"steps": 60}, "steps = 60"),
         ({"learner": dataclasses.replace(TINY, algorithm="PPO")}, "algorithm = 'PPO'"),
+        ({"learner": dataclasses.replace(TINY, algorithm=DQN)}, "continuous actions"),
+        ({"learner": dataclasses.replace(TINY, algorithm=Schedule)}, "algorithm = 'Schedule'"),
         ({"evaluate_episodes": -1}, "episodes = -1"),
     ],
 )

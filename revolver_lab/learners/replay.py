@@ -8,6 +8,8 @@ from gymnasium import spaces
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.type_aliases import ReplayBufferSamples
 
+from revolver_lab.errors import SettingsError
+
 
 class TaggedReplay(ReplayBuffer):
     """stable-baselines3's replay, tagged with beta.
@@ -41,6 +43,9 @@ class TaggedReplay(ReplayBuffer):
         shaping: float = 0.0,
         seed: int | np.random.SeedSequence | None = None,
     ):
+        if optimize_memory_usage:
+            raise SettingsError("optimize_memory_usage = True", "False",
+                                "Lower buffer_size instead: cleaning moves rows.")  # fmt: skip
         super().__init__(buffer_size, observation_space, action_space, device, 1,
                          optimize_memory_usage, handle_timeout_termination)  # fmt: skip
         self.simulations = n_envs

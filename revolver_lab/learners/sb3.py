@@ -5,7 +5,7 @@ from typing import Any, cast
 import numpy as np
 import torch
 from gymnasium import spaces
-from stable_baselines3 import DDPG, SAC, TD3
+from stable_baselines3 import DDPG, DQN, SAC, TD3
 from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.noise import NormalActionNoise
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
@@ -152,12 +152,16 @@ def build(
 
 def _kind(settings: LearnerSettings) -> type[OffPolicyAlgorithm]:
     """Returns the class that the settings name."""
-    kind = settings.algorithm
-    kind = ALGORITHMS.get(kind) if isinstance(kind, str) else kind
-    if kind is None or not issubclass(kind, OffPolicyAlgorithm):
-        raise SettingsError(f"algorithm = {settings.name!r}", f"{sorted(ALGORITHMS)}, or a class "
-                            "derived from stable-baselines3's OffPolicyAlgorithm",
-                            "Take SAC.")  # fmt: skip
+    given = settings.algorithm
+    kind: Any = ALGORITHMS.get(given) if isinstance(given, str) else given
+    fits = isinstance(kind, type) and issubclass(kind, OffPolicyAlgorithm)
+    if not fits or issubclass(kind, DQN):  # DQN's actions are discrete
+        raise SettingsError(
+            f"algorithm = {settings.name!r}",
+            f"{sorted(ALGORITHMS)}, or a class derived from stable-baselines3's "
+            "OffPolicyAlgorithm for continuous actions",
+            "Take SAC.",
+        )
     return kind
 
 

@@ -62,7 +62,7 @@ class LearnerSettings:
     @property
     def name(self) -> str:
         """Returns the name of the algorithm."""
-        return self.algorithm if isinstance(self.algorithm, str) else self.algorithm.__name__
+        return getattr(self.algorithm, "__name__", str(self.algorithm))
 
     def to_json(self) -> dict[str, Any]:
         """Returns the settings as plain JSON values; what is not plain is written as text."""
