@@ -163,3 +163,15 @@ def test_the_checks_praise_what_the_package_does_with_the_robots_of_the_notebook
     assert checks.two(pad_and_thumb).right
     for f in RIGHT["three"]:
         assert rvl.Evolution(gripper, hand, f=f).model(1).geom("pad").size[0] == checks.RADII[1]
+
+
+JUNK = ["text", 3, [], {}, object(), print, lambda: 0, lambda a: object(), lambda a: "x"]
+JUNK += [lambda a: [[]], lambda a: (None, None), lambda a: 1j, lambda a: [1, [2, 3]], lambda a: {}]
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_no_answer_whatever_ends_in_a_traceback(name):
+    for junk in JUNK:
+        verdict = getattr(checks, name)(junk)
+        assert verdict.state == "wrong"
+        assert len(verdict.message) > 20

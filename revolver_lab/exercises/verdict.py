@@ -73,7 +73,7 @@ def call(answer: Any, *given: Any) -> Any:
     shown = ", ".join(f"{value:g}" if isinstance(value, float) else repr(value) for value in given)
     if not callable(answer):
         raise NotYet(
-            f"The answer is a {type(answer).__name__}, but a function is asked for, such as "
+            f"The answer is of type {type(answer).__name__}, but a function is asked for, such as "
             "`lambda alpha: ...`."
         )
     try:
