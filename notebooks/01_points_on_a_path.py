@@ -16,8 +16,8 @@
 # # Points on a path
 #
 # How does one robot become another? A robot file is a tree of bodies and joints, and a few hundred
-# numbers. Section 4.1 of the REvolveR paper (ICML 2022) does it in two steps: **match** the two trees,
-# then **mix** the numbers,
+# numbers. Section 4.1 of the REvolveR paper (ICML 2022) does it in two steps: **match** the two
+# trees, then **mix** the numbers,
 #
 # > θ(α) = (1 − f(α)) θ<sub>S</sub> + f(α) θ<sub>T</sub>
 #
