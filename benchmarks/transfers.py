@@ -7,7 +7,6 @@ import argparse
 import csv
 import multiprocessing
 import os
-import sys
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -56,18 +55,26 @@ def record(path: Path, row: dict) -> list[dict]:
 
 def summarise(rows: list[dict], path: Path) -> None:
     """Writes mean and standard deviation over seeds, with what it takes to repeat them."""
-    summary = {}
+    robot, steps, summary = rows[0]["robot"], rows[0]["steps"], {}
     for name in sorted({row["method"] for row in rows}):
         means = [float(row["mean_return"]) for row in rows if row["method"] == name]
-        spread = float(np.std(means, ddof=1)) if len(means) > 1 else None
         seeds = [int(row["seed"]) for row in rows if row["method"] == name]
-        summary[name] = {"seeds": seeds, "mean": float(np.mean(means)), "std": spread}
-    write_json(path, {
-        "summary": summary, "versions": versions(), "commit": commit(), "cpus": os.cpu_count(),
-        "command": " ".join(["python", *sys.argv]),
-        "expert": load_expert(rows[0]["robot"]).card.to_json(),
-        "note": "mean_return: mean action, unshaped, on E(1), episodes that training never saw",
-    })  # fmt: skip
+        summary[name] = {
+            "mean": float(np.mean(means)),
+            "std_over_seeds": float(np.std(means, ddof=1)) if len(means) > 1 else None,
+            "seeds": seeds,
+            "command": f"python benchmarks/transfers.py {robot} --steps {steps} --methods {name} "
+            f"--seeds {' '.join(map(str, seeds))}",
+        }
+    content = {
+        "summary": summary,
+        "versions": versions(),
+        "cpus": os.cpu_count(),
+        "expert": load_expert(robot).card.to_json(),
+        "note": "mean_return: mean action, unshaped, on E(1), on episodes that training never saw; "
+        "std_over_seeds has n - 1 in it; wall times are of a machine that others shared",
+    }
+    write_json(path, content)
 
 
 def main() -> None:
