@@ -137,11 +137,12 @@ def test_without_any_opengl_everything_but_frames_works():
     code = (
         "import revolver_lab as rvl; print(rvl.names()[0]); evolve = rvl.load(rvl.names()[0])\n"
         "evolve(0.5); print(rvl.lab.show(evolve.matching).alt[:3])\n"
-        "try: rvl.lab.strip(evolve)\n"
+        "print(rvl.lab.strip(evolve, [0, 1]).shape[1], rvl.lab.explore(evolve).error)\n"
+        "try: rvl.lab.film(evolve, 'x.gif')\n"
         "except rvl.errors.MissingExtraError as e: print('OpenGL' in str(e))"
     )
     out, _ = run(code, MUJOCO_GL="disabled")
-    assert out.splitlines() == ["cheetah-front-leg", "Two", "True"]
+    assert out.splitlines() == ["cheetah-front-leg", "Two", "484 None", "True"]
 
 
 # Contexts of mujoco, dm_control and ours, in every order, none of them ever closed.

@@ -4,7 +4,7 @@ import html
 import traceback
 from collections.abc import Callable
 from itertools import groupby
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from revolver_lab.evolution.evolution import Evolution, checked_alpha
 from revolver_lab.lab.explorer import FULL, Explorer
@@ -12,6 +12,9 @@ from revolver_lab.lab.facts import Fact
 from revolver_lab.lab.frames import FIT
 from revolver_lab.lab.pacing import Pacer
 from revolver_lab.lab.rollouts import Acting
+
+if TYPE_CHECKING:
+    from ipywidgets import Image
 
 Change = dict[str, Any]
 """What ipywidgets hands to an observer; only its "new" is used."""
@@ -33,7 +36,7 @@ def explore(
     """A slider that drags one robot into another, with its picture and what changes.
 
     The play button shows the policy on the robot of this alpha; without a policy, it sweeps alpha.
-    The slider has the focus of the keyboard: arrows step by 0.01, Page Up and Down by more.
+    The slider has the focus of the keyboard: arrows step by 0.01, Page Up and Down by 0.05.
 
     Args:
         evolve: The evolution.
@@ -75,7 +78,8 @@ class App:
 
     def on_alpha(self, change: Change) -> None:
         """The slider moved: another robot, standing."""
-        self.step = None
+        if self.explorer.policy is not None:
+            self.play.playing, self.step = False, None
         self.pacer.ask()
 
     def on_camera(self, change: Change) -> None:
@@ -101,12 +105,14 @@ class App:
     def close(self) -> None:
         """Stop drawing and remove the widgets from the page."""
         self.pacer.stop()
-        self.widget.close_all() if hasattr(self.widget, "close_all") else self.widget.close()
+        for widget in (self.slider, self.play, self.camera, self.image, self.words, self.trouble,
+                       self.facts, self.widget):  # fmt: skip
+            widget.close()
 
     def _show(self, full: bool) -> None:
         """Picture, words and facts of what is asked for now."""
         alpha = self.slider.value
-        shown = self.explorer.picture(alpha, self.camera.value, step=self.step, full=full)
+        shown = self.explorer.picture(alpha, str(self.camera.value), step=self.step, full=full)
         if self.step is not None:
             self.play.max = len(self.explorer.rollout(alpha).rewards) - 1
         self.image.value = shown.jpeg
@@ -141,7 +147,7 @@ class App:
         )  # fmt: skip
         self.camera = w.Dropdown(options=self.explorer.cameras, value=FIT, description="camera",
                                  layout=w.Layout(width="auto"))  # fmt: skip
-        self.image = w.Image(format="jpeg", width=FULL[0], height=FULL[1],
+        self.image = _image_class()(format="jpeg", width=FULL[0], height=FULL[1],
                              layout=w.Layout(max_width="100%", object_fit="contain"))  # fmt: skip
         self.words, self.trouble, self.facts = w.HTML(), w.HTML(), w.HTML()
         controls = w.HBox([self.play, self.camera], layout=w.Layout(flex_flow="row wrap"))
@@ -154,6 +160,20 @@ class App:
     def _repr_mimebundle_(self, **kwargs: Any) -> Any:
         """Show the widgets; Jupyter asks for it."""
         return self.widget._repr_mimebundle_(**kwargs)
+
+
+def _image_class() -> "type[Image]":
+    """Image, with the `description` without which ipywidgets 8.1 shows no tooltip but an error.
+
+    The tooltip is the only alternative text that its image can have.
+    """
+    import ipywidgets
+    from traitlets import Unicode
+
+    class DescribedImage(ipywidgets.Image):
+        description = Unicode("").tag(sync=True)
+
+    return DescribedImage
 
 
 def facts_table(facts: list[Fact]) -> str:

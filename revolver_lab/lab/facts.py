@@ -46,7 +46,7 @@ class Facts:
         >>> import revolver_lab as rvl
         >>> facts = Facts(rvl.load("cheetah-front-leg")).at(0.5)
         >>> [f"{fact.name} {fact.now:.2f} {fact.unit}" for fact in facts if fact.kind == LIMB]
-        ['fthigh 0.27 m', 'fshin 0.24 m', 'ffoot 0.19 m']
+        ['fthigh 0.28 m', 'fshin 0.24 m', 'ffoot 0.19 m']
     """
 
     def __init__(self, evolve: Evolution):

@@ -46,7 +46,7 @@ def record_frames(evolve: Evolution, path: str | os.PathLike[str], frames: int =
         pictures = [stage.frame(alpha) for alpha in np.linspace(0, 1, frames).tolist()]
     buffer = io.BytesIO()
     Image.fromarray(np.concatenate(pictures)).save(buffer, "WEBP", quality=_QUALITY, method=6)
-    return write_atomically(path, buffer.getvalue())
+    return write_atomically(Path(path), buffer.getvalue())
 
 
 def main(names: list[str]) -> None:
