@@ -31,8 +31,8 @@ stage, draws, depth = shared_stage(evolve), [], []
 keep = app.draw
 
 def counted(full):
-    draws.append((app.slider.value, full))
     keep(full)
+    draws.append((app.slider.value, full))
 
 app.pacer._draw = counted
 
@@ -48,20 +48,20 @@ def bare():
         mujoco.mjr_readPixels(pixels, None, rect, stage._drawing)
 
 async def event(alpha):
-    start, before = time.perf_counter(), app.image.value
+    start, before = time.perf_counter(), len(draws)
     app.slider.value = alpha
-    while app.image.value is before:
+    while len(draws) == before:
         await asyncio.sleep(0)
     return time.perf_counter() - start
 
 async def measure():
     global camera
     camera = stage._find_camera("fit")
-    alphas = np.linspace(0, 1, {moves} // 5)
+    alphas = np.linspace(0, 1, 101).tolist()
     await event(0.5)
     pairs = []
-    for alpha in alphas[1::4]:
-        spent = await event(float(alpha))
+    for alpha in alphas[1::2]:
+        spent = await event(alpha)
         await asyncio.sleep(0.02)  # the slider is dragged on, and the kernel has read its messages
         start = time.perf_counter()
         bare()
@@ -71,17 +71,18 @@ async def measure():
     for number in range({events}):
         app.slider.value = number / {events}
         await asyncio.sleep(0)
+    meanwhile = len(draws)
     await app.pacer.rest()
     burst = list(draws)
     memory = psutil.Process().memory_info
-    for alpha in alphas:
-        await event(float(alpha) * 0.99 + 0.001)
+    for alpha in alphas:  # every robot of the slider is compiled, and cached, once
+        await event(alpha)
     gc.collect()
     start = memory().rss
     for number in range({moves}):
         await event((number * 0.618034) % 1)
     gc.collect()
-    return dict(pairs=pairs, burst=burst, grown=memory().rss - start)
+    return dict(pairs=pairs, burst=burst, meanwhile=meanwhile, grown=memory().rss - start)
 
 RESULT = await measure()
 print("RESULT" + json.dumps(RESULT))
@@ -131,15 +132,15 @@ def in_kernel() -> list[dict]:
     found = json.loads(re.search(r"RESULT(.*)", "".join(said))[1])
     ours, bare = np.array(found["pairs"]).T
     values = [value for value, _ in found["burst"]]
-    quick = len([full for _, full in found["burst"] if not full])
+    queued = len(values) - found["meanwhile"]
     last = values[-1] == (EVENTS - 1) / EVENTS
     return [
         row("slider event to new frame, 320x240, in the kernel", "bare render of that scene",
             "<= 1.3, >= 20 frames/s", float(np.median(ours / bare)),
             f"{1000 * np.median(ours):.1f} ms against {1000 * np.median(bare):.1f} ms, "
             f"{1 / np.median(ours):.0f} frames/s"),
-        row(f"{EVENTS} slider events in one burst", "quick renders, then one in full", "<= 2",
-            quick, f"the last value is shown: {last}"),
+        row(f"{EVENTS} slider events in one burst", "renders queued when it ends", "<= 2", queued,
+            f"{found['meanwhile']} during the burst; the last value is shown: {last}"),
         row(f"{MOVES} slider moves", "growth of memory [MB]", "< 20", found["grown"] / 1e6, ""),
     ]  # fmt: skip
 

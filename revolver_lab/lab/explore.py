@@ -76,6 +76,11 @@ class App:
         self.play.observe(self.on_play, "value")
         self._show(True)  # here an error is the cell's own
 
+    @property
+    def alpha(self) -> float:
+        """Where the slider stands, as its label says: one of 101 robots, which are cached."""
+        return round(self.slider.value, 2)
+
     def on_alpha(self, change: Change) -> None:
         """The slider moved: another robot, standing."""
         if self.explorer.policy is not None:
@@ -111,7 +116,7 @@ class App:
 
     def _show(self, full: bool) -> None:
         """Picture, words and facts of what is asked for now."""
-        alpha = self.slider.value
+        alpha = self.alpha
         shown = self.explorer.picture(alpha, str(self.camera.value), step=self.step, full=full)
         if self.step is not None:
             self.play.max = len(self.explorer.rollout(alpha).rewards) - 1

@@ -17,6 +17,8 @@ from revolver_lab.lab.standins import NOTE, shared_stage
 
 QUICK, FULL = (320, 240), (640, 480)
 """Pixels of a picture while the slider moves, and when it rests."""
+_FINER = 1.5
+"""A full picture is drawn that much larger and then reduced, which smooths its edges."""
 _JPEG_QUALITY = 85
 
 
@@ -85,7 +87,10 @@ class Explorer:
         """
         alpha = checked_alpha(alpha)
         stage = shared_stage(self.evolve)
-        stage.resize(*(FULL if full else QUICK))
+        size = FULL if full else QUICK
+        finer = _FINER if full and self.live else 1
+        stage.resize(*(round(side * finer) for side in size))
+        stage.mirror(full)
         words, pose = f"alpha {alpha:.2f}", None
         if step is not None:
             run = self.rollout(alpha)
@@ -97,7 +102,7 @@ class Explorer:
         note = "" if self.live else f" ({NOTE})"
         doing = "standing" if pose is None or not self.live else "as its policy moves it"
         alt = f"{self.evolve.name}, {doing}, {words}, camera {camera}{note}"
-        return Shot(jpeg=_jpeg(pixels), alt=alt, words=words + note)
+        return Shot(jpeg=_jpeg(pixels, size), alt=alt, words=words + note)
 
     def rollout(self, alpha: float) -> Rollout:
         """The policy's episode on E(alpha); the last one is kept.
@@ -118,8 +123,10 @@ class Explorer:
         return self._facts.at(alpha)
 
 
-def _jpeg(pixels: np.ndarray) -> bytes:
-    """A picture, (height, width, 3) uint8, as a JPEG file."""
-    buffer = io.BytesIO()
-    Image.fromarray(pixels).save(buffer, "JPEG", quality=_JPEG_QUALITY)
+def _jpeg(pixels: np.ndarray, size: tuple[int, int]) -> bytes:
+    """A picture, (height, width, 3) uint8, as a JPEG file of a size [pixels]."""
+    picture, buffer = Image.fromarray(pixels), io.BytesIO()
+    if picture.size != size:
+        picture = picture.resize(size, Image.Resampling.BOX)
+    picture.save(buffer, "JPEG", quality=_JPEG_QUALITY)
     return buffer.getvalue()

@@ -145,6 +145,10 @@ class Stage:
             with self._context:
                 mujoco.mjr_resizeOffscreen(width, height, self._drawing)
 
+    def mirror(self, shown: bool) -> None:
+        """Draw what shiny floors reflect, or not; software GL spends a second frame on it."""
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = shown
+
     def close(self) -> None:
         """Free the context now, instead of at exit; frames cannot be drawn afterwards."""
         self._context.free()

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 QUIET = 0.004
 """Seconds without another event after which what was asked last is drawn."""
-PATIENCE = 0.08
+PATIENCE = 0.3
 """Seconds after which it is drawn even if events keep coming."""
 SETTLE = 0.25
 """Seconds of rest after which the full picture follows the quick one."""

@@ -66,6 +66,9 @@ class Recorded:
         """Show at another size from now on."""
         self._size = (width, height)
 
+    def mirror(self, shown: bool) -> None:
+        """Nothing to do: reflections are recorded."""
+
     def close(self) -> None:
         """Nothing to free."""
 
@@ -104,11 +107,13 @@ _shared: "OrderedDict[Evolution, Stage | Recorded]" = OrderedDict()
 def shared_stage(evolve: Evolution) -> Stage | Recorded:
     """The one long-lived stage of an evolution; cells run again do not open another.
 
-    Where no OpenGL works and nothing was recorded its pictures are empty and say so.
+    Edges are jagged in it, which halves the time of a frame on software GL; a picture that is to
+    look better is drawn larger and reduced. Where no OpenGL works and nothing was recorded its
+    pictures are empty and say so.
     """
     if evolve not in _shared:
         missing = not _gl.choose().works
-        _shared[evolve] = Recorded(recording(evolve.name)) if missing else Stage(evolve)
+        _shared[evolve] = Recorded(recording(evolve.name)) if missing else Stage(evolve, samples=0)
         while len(_shared) > _AT_ONCE:
             _shared.popitem(last=False)[1].close()
     _shared.move_to_end(evolve)
