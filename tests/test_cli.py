@@ -92,8 +92,10 @@ def test_a_broken_choice_of_opengl_breaks_pictures_only(tmp_path):
     command = [sys.executable, "-m", "revolver_lab.cli"]
     listed = subprocess.run([*command, "list"], env=env, capture_output=True, text=True)
     assert listed.returncode == 0, listed.stderr
-    words = ["strip", NAME, "-o", str(tmp_path / "x.png")]
+    # A strip of a registered robot would be shown from its recording; a film has to be drawn.
+    words = ["gif", NAME, "-o", str(tmp_path / "x.gif")]
     drawn = subprocess.run([*command, *words], env=env, capture_output=True, text=True)
     assert drawn.returncode == 2
+    assert not (tmp_path / "x.gif").exists()
     assert "MUJOCO_GL=osmesa-9" in drawn.stderr
     assert len(drawn.stderr.splitlines()) == 1

@@ -150,11 +150,12 @@ def _check_bases(skeletons: tuple[Skeleton, Skeleton]) -> None:
     """Refuse a floating robot against a welded one, and robots too large to search."""
     floats = [bool(skeleton.tree.free) for skeleton in skeletons]
     if floats[0] != floats[1]:
-        names = ["floats", "is welded to the world"]
+        names = ["floats", "is welded to the world, or slides on it"]
         raise MatchingError(
             f"the source {names[not floats[0]]} and the target {names[not floats[1]]}",
             "two robots with a free joint, or two without",
-            "Add a <freejoint/> to the root of the welded robot, or remove the other's.",
+            "Add a <freejoint/> to the root of the one without, in place of any joints there, "
+            "or remove the other's.",
         )
     for skeleton in skeletons:
         size = max(len(skeleton.tree.nodes), 4 * skeleton.depth())
