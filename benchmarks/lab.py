@@ -30,6 +30,15 @@ app = rvl.lab.explore(evolve)
 stage, draws, depth = shared_stage(evolve), [], []
 keep = app.draw
 
+sent = []
+keep_sync = app.image.send_state
+
+def stamped(key=None):
+    keep_sync(key)
+    sent.append(time.perf_counter())
+
+app.image.send_state = stamped
+
 def counted(full):
     keep(full)
     draws.append((app.slider.value, full))
@@ -52,7 +61,7 @@ async def event(alpha):
     app.slider.value = alpha
     while len(draws) == before:
         await asyncio.sleep(0)
-    return time.perf_counter() - start
+    return sent[-1] - start, time.perf_counter() - start
 
 async def measure():
     global camera
@@ -65,7 +74,7 @@ async def measure():
         await asyncio.sleep(0.02)  # the slider is dragged on, and the kernel has read its messages
         start = time.perf_counter()
         bare()
-        pairs.append((spent, time.perf_counter() - start))
+        pairs.append((*spent, time.perf_counter() - start))
     await app.pacer.rest()
     draws.clear()
     for number in range({events}):
@@ -130,7 +139,7 @@ def in_kernel() -> list[dict]:
     """Events, bursts and memory."""
     said = execute(_IN_KERNEL.format(name=NAME, moves=MOVES, events=EVENTS), 600)
     found = json.loads(re.search(r"RESULT(.*)", "".join(said))[1])
-    ours, bare = np.array(found["pairs"]).T
+    ours, whole, bare = np.array(found["pairs"]).T
     values = [value for value, _ in found["burst"]]
     queued = len(values) - found["meanwhile"]
     last = values[-1] == (EVENTS - 1) / EVENTS
@@ -138,7 +147,7 @@ def in_kernel() -> list[dict]:
         row("slider event to new frame, 320x240, in the kernel", "bare render of that scene",
             "<= 1.3, >= 20 frames/s", float(np.median(ours / bare)),
             f"{1000 * np.median(ours):.1f} ms against {1000 * np.median(bare):.1f} ms, "
-            f"{1 / np.median(ours):.0f} frames/s"),
+            f"{1 / np.median(whole):.0f} frames/s, table included"),
         row(f"{EVENTS} slider events in one burst", "renders queued when it ends", "<= 2", queued,
             f"{found['meanwhile']} during the burst; the last value is shown: {last}"),
         row(f"{MOVES} slider moves", "growth of memory [MB]", "< 20", found["grown"] / 1e6, ""),

@@ -120,8 +120,8 @@ class App:
         shown = self.explorer.picture(alpha, str(self.camera.value), step=self.step, full=full)
         if self.step is not None:
             self.play.max = len(self.explorer.rollout(alpha).rewards) - 1
-        self.image.value = shown.jpeg
-        self.image.tooltip = shown.alt
+        with self.image.hold_sync():  # one message
+            self.image.value, self.image.tooltip = shown.jpeg, shown.alt
         self.words.value = f'<div role="status">{html.escape(shown.words)}</div>'
         self.facts.value = facts_table(self.explorer.facts(alpha))
 
