@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help demo test test-slow test-browser lab bench check fix clean
+.PHONY: help demo test test-default test-pages test-slow test-browser lab bench check fix clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -19,8 +19,13 @@ $(VENV)/ready-dev: pyproject.toml bootstrap.sh
 demo: $(VENV)/ready-train  ## an expert fails on a changed robot; Algorithm 1 carries it there, with a film
 	$(BIN)/python -m revolver_lab.demo
 
-test: $(VENV)/ready-dev  ## every claim of the package, in minutes
-	$(BIN)/python -m pytest -q -n 2 --dist worksteal --nbmake --nbmake-timeout=60 tests revolver_lab notebooks/*.ipynb
+test: test-default test-pages  ## every claim of the package, in minutes
+
+test-default: $(VENV)/ready-dev  ## what needs no notebook and no browser, in two minutes
+	$(BIN)/python -m pytest -q -n 2 --dist worksteal --ignore tests/test_browser.py tests revolver_lab
+
+test-pages: $(VENV)/ready-dev  ## the notebooks, executed; and in JupyterLab where Chromium is present
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile --nbmake --nbmake-timeout=60 tests/test_browser.py notebooks/*.ipynb
 
 test-slow: $(VENV)/ready-dev  ## the claims that take longer
 	$(BIN)/python -m pytest -q -m slow

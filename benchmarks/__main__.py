@@ -30,9 +30,11 @@ def machine() -> dict[str, object]:
 def main() -> None:
     """Run the benchmarks that are named, or all, and print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", default=NAMES, choices=NAMES, metavar="NAME")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {NAMES}; all by default")
     parser.add_argument("-o", "--out", type=Path, default=Path("out/benchmarks.json"))
     args = parser.parse_args()
+    if unknown := set(args.names) - set(NAMES):
+        parser.error(f"no benchmark is called {sorted(unknown)}; there are {NAMES}")
     rows = []
     for name in args.names or NAMES:
         for row in importlib.import_module(f"benchmarks.{name}").run():

@@ -21,7 +21,7 @@ from revolver_lab.recorder import Progress
 from revolver_lab.robots import registry
 
 ROBOT = "cheetah-front-leg"
-STEPS = 56_000  # environment steps of each method
+STEPS = 72_000  # environment steps of each method
 METHODS = ("direct", "revolver")
 EPISODES = 20
 

@@ -78,7 +78,7 @@ class Explorer:
             alpha: Evolution parameter in [0, 1].
             camera: One of `cameras`.
             step: Step of the policy's episode; None for the standing robot.
-            full: In full resolution, instead of the quick one.
+            full: In full resolution with shadows and reflections, instead of the quick one.
 
         Raises:
             AlphaError: If alpha is outside [0, 1].
@@ -90,7 +90,7 @@ class Explorer:
         size = FULL if full else QUICK
         finer = _FINER if full and self.live else 1
         stage.resize(*(round(side * finer) for side in size))
-        stage.mirror(full)
+        stage.effects(full)
         words, pose = f"alpha {alpha:.2f}", None
         if step is not None:
             run = self.rollout(alpha)

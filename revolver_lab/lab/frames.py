@@ -84,7 +84,8 @@ class Stage:
             mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._drawing)
         self._context.on_free(self._drawing.free)
         self._scene = mujoco.MjvScene(self.model, _MAX_GEOMS)
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows > 0
+        self._shadows = shadows > 0
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = self._shadows
         self._scene.flags[mujoco.mjtRndFlag.mjRND_HAZE] = False  # it glows around endless floors
         self._option = mujoco.MjvOption()
         self._uploaded = _shape_of_meshes(self.model)
@@ -145,9 +146,10 @@ class Stage:
             with self._context:
                 mujoco.mjr_resizeOffscreen(width, height, self._drawing)
 
-    def mirror(self, shown: bool) -> None:
-        """Draw what shiny floors reflect, or not; software GL spends a second frame on it."""
+    def effects(self, shown: bool) -> None:
+        """Draw shadows and reflections, or not; software GL spends half of a frame on them."""
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = shown
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shown and self._shadows
 
     def close(self) -> None:
         """Free the context now, instead of at exit; frames cannot be drawn afterwards."""

@@ -66,8 +66,8 @@ class Recorded:
         """Show at another size from now on."""
         self._size = (width, height)
 
-    def mirror(self, shown: bool) -> None:
-        """Nothing to do: reflections are recorded."""
+    def effects(self, shown: bool) -> None:
+        """Nothing to do: shadows and reflections are recorded."""
 
     def close(self) -> None:
         """Nothing to free."""
