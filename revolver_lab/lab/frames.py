@@ -15,6 +15,7 @@ FIT = "fit"
 """Name of the camera that is fitted to the robot and follows it."""
 
 _MAX_GEOMS = 10_000
+_POSES = 128  # remembered for a slider of 101 values
 _LARGEST = 4096
 """Longest side of a picture [pixels]."""
 
@@ -65,6 +66,7 @@ class Stage:
         self.model = robot.model(0.0) if isinstance(robot, Movable) else copy.copy(robot)
         self.data = mujoco.MjData(self.model)
         self.alpha = 0.0
+        self._poses: dict[float, np.ndarray] = {}
         self._size = _checked_size(width, height)
         self._camera = camera
         self._box = self._extent()
@@ -120,7 +122,7 @@ class Stage:
             self._evolve.write_model(self.model, alpha)
             self.alpha = alpha
         self._widen_floors()
-        pose = poses.standing(self.model) if qpos is None else np.asarray(qpos, float)
+        pose = self._standing() if qpos is None else np.asarray(qpos, float)
         if pose.shape != (self.model.nq,):
             raise SettingsError(
                 f"qpos of shape {pose.shape}", f"({self.model.nq},)", "Record it on this robot."
@@ -130,6 +132,14 @@ class Stage:
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
         mujoco.mj_tendon(self.model, self.data)
+
+    def _standing(self) -> np.ndarray:
+        """The pose to stand in at this alpha; a slider comes back to the same few."""
+        if self.alpha not in self._poses:
+            while len(self._poses) >= _POSES:
+                self._poses.pop(next(iter(self._poses)))
+            self._poses[self.alpha] = poses.standing(self.model)
+        return self._poses[self.alpha]
 
     def _widen_floors(self) -> None:
         """Make finite floors endless, where that stretches no texture."""
