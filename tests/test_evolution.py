@@ -164,7 +164,7 @@ def test_discrete_differences_are_listed_and_refused():
     assert [g.condim[0] for g in found] == [3, 3, 4]
 
 
-@pytest.mark.parametrize("switch", [0.0, 1.5, {"geom/typo/type": 0.5}])
+@pytest.mark.parametrize("switch", [0.0, 1.5, "0.5", {"geom/typo/type": 0.5}])
 def test_a_switch_that_cannot_work_is_refused(switch):
     with pytest.raises(ParameterError):
         rvl.Evolution(pendulum(), pendulum(), switch=switch)

@@ -129,6 +129,10 @@ def match(
         MatchingError: If one robot floats and the other is welded to the world, or a pin or root
             names nothing or cannot be.
     """
+    if not isinstance(pins, Mapping | None):
+        raise MatchingError(
+            f"pins={pins!r}", "a mapping", "Write pins={'source_name': 'target_name'}."
+        )
     skeletons = Skeleton(source), Skeleton(target)
     _check_bases(skeletons)
     bodies, joints = pinned(skeletons, dict(pins or {}))

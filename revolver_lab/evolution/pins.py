@@ -55,7 +55,7 @@ def pinned_root(
     found = [s.bodies.get(n) if n else None for s, n in zip(skeletons, names)]
     missing = [n for n, index in zip(names, found) if n and index is None]
     if missing and not (both and len(missing) == 1):
-        known = [*skeletons[0].bodies, *skeletons[1].bodies]
+        known = list({**skeletons[0].bodies, **skeletons[1].bodies})
         near = difflib.get_close_matches(str(missing[0]), known, n=5) or known[:5]
         raise MatchingError(
             f"root={root!r}", f"a body of the robot, such as {', '.join(near)}", "Correct it."

@@ -133,9 +133,9 @@ def _switched(
     else:
         table = {} if switch is None else dict.fromkeys(paths or ["switch"], switch)
     for name, alpha in table.items():
-        if not 0.0 < alpha <= 1.0:
+        if not isinstance(alpha, int | float) or not 0.0 < alpha <= 1.0:
             raise ParameterError(
-                f"switch at alpha = {alpha} for {name!r}", "0 < alpha <= 1", "Name another alpha."
+                f"switch at alpha = {alpha!r} for {name!r}", "0 < alpha <= 1", "Name another alpha."
             )
     refused = [d for d in differences if d.path not in table]
     if refused:
