@@ -306,6 +306,6 @@ def test_joints_of_one_body_correspond_in_order_but_slides_may_change_places():
 
 @pytest.mark.parametrize("pins", ["trunk", ["trunk"], 3])
 def test_pins_that_are_no_mapping_are_refused(pins):
-    spec = mujoco.MjSpec.from_string("<mujoco><worldbody><body name='a'/></worldbody></mujoco>")
+    spec = read_robot("<mujoco><worldbody><body name='a'/></worldbody></mujoco>")
     with pytest.raises(MatchingError, match="a mapping"):
         match(spec, spec, pins=pins)
