@@ -37,6 +37,23 @@ def objects(rows: np.ndarray, mask: np.ndarray) -> np.ndarray:
     return out
 
 
+def seeds_of(seeds: Sequence[int], n: int) -> list[int | None]:
+    """Return the seeds of equal groups of n simulations.
+
+    Raises:
+        SettingsError: If the simulations cannot be parted so, or a seed is no whole number.
+
+    Example:
+        >>> seeds_of([3, 5], 4)
+        [3, 5]
+    """
+    found = [int(seed) for seed in seeds]
+    if not found or n % len(found) or min(found) < 0 or any(s != f for s, f in zip(seeds, found)):
+        raise SettingsError(f"seeds = {list(seeds)} for {n} simulations", "whole numbers of 0 and "
+                            f"more, as many as divide {n}", "Give one seed a group.")  # fmt: skip
+    return [*found]
+
+
 def alphas_of(alphas: float | Sequence[float] | np.ndarray, n: int) -> np.ndarray:
     """Return n checked alphas, (n,) float64.
 

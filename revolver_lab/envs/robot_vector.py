@@ -1,0 +1,212 @@
+"""The class behind the vector door: n robots of n alphas stepped together by ``mujoco.batch``."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from mujoco.batch import Batch, SimulationError
+
+from revolver_lab.envs.core import Controls, DrawAlpha, Purpose, Stage, first_look, judge, stream
+from revolver_lab.envs.infos import alphas_of, masked, mode_of, objects, seeds_of
+from revolver_lab.envs.single import spaces_of
+from revolver_lab.errors import SettingsError
+
+if TYPE_CHECKING:
+    from revolver_lab.evolution.evolution import Evolution
+    from revolver_lab.tasks.base import Task
+
+
+class RobotVectorEnv(VectorEnv):
+    """n simulations, each with its own robot E(alpha_i), behind gymnasium's vector interface.
+
+    Simulation i equals ``RobotEnv(..., simulation=i)`` reset with the same seed, step for step
+    and bit for bit, for any n and any number of threads. A new alpha takes effect when an episode
+    of its simulation starts. ``infos`` has "alpha" and "diverged" at every step and "episode"
+    (unshaped return "r", steps "l") where one ended; in SAME_STEP mode the ended episode's infos
+    are in "final_info" and "final_obs", exactly as in gymnasium's SyncVectorEnv.
+
+    Attributes:
+        alphas: Alpha of the running episode of each simulation, (n,); read only.
+        halted: Simulations that stand still: no step, no reward, no new episode, (n,) bool.
+        draw_alpha: Draws the alpha of each new episode; None keeps what ``set_alphas`` set.
+        batch: The ``mujoco.batch.Batch`` underneath.
+        models: The robot of each simulation.
+    """
+
+    def __init__(
+        self,
+        stage: Stage,
+        n: int,
+        *,
+        alphas: float | Sequence[float] | np.ndarray = 0.0,
+        draw_alpha: DrawAlpha | None = None,
+        seed: int | Sequence[int] | None = None,
+        nthread: int = 0,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+    ):
+        """Compile one robot per simulation; for the arguments see ``make_vec_env``."""
+        self.evolve, self.task, self.camera = stage.evolve, stage.task, stage.camera
+        self.num_envs, self.draw_alpha = n, draw_alpha
+        self.metadata = {"autoreset_mode": mode_of(autoreset_mode)}
+        self.alphas = alphas_of(alphas, n)
+        self._next_alphas = self.alphas.copy()
+        self.models = [self.evolve.model(alpha) for alpha in self.alphas]
+        self._make_batch(nthread)
+        self._make_spaces()
+        self._last = np.zeros((n, self.task.observation_size), np.float32)
+        self._steps, self._returns = np.zeros(n, dtype=int), np.zeros(n)
+        self._waiting, self.halted = np.zeros((2, n), dtype=bool)
+        self._seed(seed)
+
+    def _make_batch(self, nthread: int) -> None:
+        """Bind what the task reads, and nothing else: every bound field costs a copy a step."""
+        self.task.bind(self.models[0])
+        self.batch = Batch(self.models[0], self.num_envs, nthread)
+        self.batch.set_models(self.models)
+        self.robot = self.task.state_class({f: self.batch.bind(f) for f in self.task.fields})
+        self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
+        self._ctrl, self._controls = self.batch.bind("ctrl"), Controls.of(self.models[0])
+        derived = self.task.needs_derived
+        self._stage = int(mujoco.mjtStage.mjSTAGE_ACC if derived else mujoco.mjtStage.mjSTAGE_NONE)
+
+    def _make_spaces(self) -> None:
+        observation, action = spaces_of(self.task.observation_size, self.models[0].nu)
+        self.single_observation_space, self.single_action_space = observation, action
+        self.observation_space = batch_space(observation, self.num_envs)
+        self.action_space = batch_space(action, self.num_envs)
+
+    def _seed(self, seed: int | Sequence[int] | None) -> None:
+        """Name the random streams of every simulation; None keeps those there are."""
+        if seed is None and self._np_random is not None:
+            return
+        groups = [seed] if np.ndim(seed or 0) == 0 else seeds_of(seed, self.num_envs)  # type: ignore[arg-type]
+        super().reset(seed=groups[0])
+        groups[0] = int(self.np_random_seed or 0)
+        size = self.num_envs // len(groups)
+        names = [(int(base or 0), i) for base in groups for i in range(size)]
+        self._starts = [stream(*name, Purpose.START) for name in names]
+        self._draws = [stream(*name, Purpose.ALPHA) for name in names]
+
+    def set_alphas(self, alphas: float | Sequence[float] | np.ndarray) -> None:
+        """Set the alphas of the episodes to come; those that run go on as they are.
+
+        Args:
+            alphas: One for all or (n,), in [0, 1].
+
+        Raises:
+            AlphaError: If one is not in [0, 1].
+            SettingsError: If there are not n of them.
+        """
+        self._next_alphas = alphas_of(alphas, self.num_envs)
+
+    def reset(
+        self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Start an episode in every simulation.
+
+        Args:
+            seed: Restarts all random streams, see ``make_vec_env``; None goes on with them.
+            options: {"alpha": one for all or (n,)} as ``set_alphas``.
+
+        Returns:
+            Observations, (n, O) float32, and infos.
+        """
+        self._seed(seed)
+        if options and "alpha" in options:
+            self.set_alphas(options["alpha"])
+        self._begin(np.ones(self.num_envs, dtype=bool))
+        self._waiting = np.zeros(self.num_envs, dtype=bool)
+        return self._last.copy(), self._infos(np.zeros(self.num_envs, dtype=bool))
+
+    def step(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Take one step in every simulation.
+
+        Args:
+            actions: (n, nu) in [-1, 1]; what is outside is clipped.
+
+        Returns:
+            Observations (n, O) float32, unshaped rewards (n,), terminations (n,),
+            truncations (n,), infos.
+
+        Raises:
+            SettingsError: If the actions have another shape.
+        """
+        waiting = self._waiting & ~self.halted
+        active = ~self._waiting & ~self.halted
+        before = self.task.remember(self.robot)
+        self._ctrl[:] = self._controls(actions, self._ctrl.shape)
+        suspect = self._simulate(None if active.all() else np.flatnonzero(active))
+        outcome = judge(self.task, self.robot, before, suspect, self._last)
+        self._last = outcome.observation
+        self._steps += 1
+        rewards = np.where(active, outcome.reward, 0.0)
+        self._returns += rewards
+        terminated = outcome.terminated & active
+        truncated = (self._steps >= self.task.episode_steps) & active & ~terminated
+        self._begin(waiting)
+        infos = self._close_episodes(terminated | truncated, outcome.diverged & active)
+        return self._last.copy(), rewards, terminated, truncated, infos
+
+    def _simulate(self, ids: np.ndarray | None) -> np.ndarray:
+        """Run the physics; return the simulations that MuJoCo warned about or gave up, (n,)."""
+        suspect = np.zeros(self.num_envs, dtype=bool)
+        try:
+            self.batch.step(ids, self.task.n_substeps, self._stage)
+        except SimulationError as error:
+            suspect[error.ids] = True
+        counts = self.batch.warning[:, :, 1]
+        if counts.any():
+            suspect |= counts.any(axis=1)
+            self.batch.warning[:] = 0
+        return suspect
+
+    def _close_episodes(self, done: np.ndarray, diverged: np.ndarray) -> dict[str, Any]:
+        """Report on the step, and in SAME_STEP mode start anew where an episode is done."""
+        same_step = self.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+        self._waiting = np.zeros_like(done) if same_step else done | (self._waiting & self.halted)
+        if not done.any():
+            return self._infos(diverged)
+        episode = {"episode": {"r": self._returns.copy(), "l": self._steps.copy()}}
+        if not same_step:
+            return self._infos(diverged) | masked(episode, done)
+        info = {"alpha": self.alphas.copy(), "diverged": diverged} | episode
+        final = {"final_info": masked(info, done), "_final_info": done.copy()}
+        final |= {"final_obs": objects(self._last, done), "_final_obs": done.copy()}
+        self._begin(done)
+        return self._infos(diverged & ~done) | final
+
+    def _infos(self, diverged: np.ndarray) -> dict[str, Any]:
+        everyone = np.ones(self.num_envs, dtype=bool)
+        return masked({"alpha": self.alphas, "diverged": diverged}, everyone)
+
+    def _begin(self, which: np.ndarray) -> None:
+        """Start an episode in the simulations of the mask ``which``, (n,)."""
+        ids = np.flatnonzero(which)
+        if not len(ids):
+            return
+        self._change_robots(ids)
+        self.batch.reset(ids, stage=int(mujoco.mjtStage.mjSTAGE_NONE))
+        for i in ids:
+            start = self.task.initial_state(self.models[i], self._starts[i])
+            self._qpos[i], self._qvel[i] = start
+        self.batch.forward(ids)
+        self.batch.warning[ids] = 0
+        self._last[ids] = first_look(self.task, self.robot)[ids]
+        self._steps[ids], self._returns[ids] = 0, 0.0
+
+    def _change_robots(self, ids: np.ndarray) -> None:
+        """Give each simulation the robot of its next alpha; who keeps its alpha is left alone."""
+        if self.draw_alpha is not None:
+            drawn = [self.draw_alpha(int(i), self._draws[i]) for i in ids]
+            self._next_alphas[ids] = alphas_of(drawn, len(ids))
+        changed = ids[self._next_alphas[ids] != self.alphas[ids]]
+        for i in changed:
+            self.evolve.write_model(self.models[i], float(self._next_alphas[i]))
+        if len(changed):
+            self.alphas[changed] = self._next_alphas[changed]
+            self.batch.set_models(self.models)
