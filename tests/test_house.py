@@ -23,7 +23,7 @@ LAYERS = [
     ["robots"],
     ["envs"],
     ["weights", "cards", "lifting", "policies"],
-    ["schedule", "methods"],
+    ["shaping", "theory", "schedule", "methods"],
     ["learners"],
     ["evaluation", "logs", "recorder", "progress"],
     ["algorithm1"],
