@@ -28,8 +28,9 @@ _PUBLIC = {
     "evaluate": "revolver_lab.evaluation",
     "lab": "revolver_lab.lab",
     "errors": "revolver_lab.errors",
+    "stats": "revolver_lab.stats",
 }
-_MODULES = {"suite", "lab", "errors"}
+_MODULES = {"suite", "lab", "errors", "stats"}
 __all__ = [
     "Evolution",
     "Policy",
@@ -42,6 +43,7 @@ __all__ = [
     "make_vec_env",
     "names",
     "ramp",
+    "stats",
     "suite",
     "train_expert",
     "transfer",
@@ -66,7 +68,7 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
-    from revolver_lab import errors, lab
+    from revolver_lab import errors, lab, stats
     from revolver_lab.algorithm1 import transfer
     from revolver_lab.envs import suite
     from revolver_lab.envs.vector import make_vec_env

@@ -18,6 +18,7 @@ PACKAGE = ROOT / "revolver_lab"
 # Bottom first: a module imports from its own layer and from those before it, never from above.
 LAYERS = [
     ["errors", "_gl", "_versions", "files"],
+    ["stats"],
     ["evolution"],
     ["tasks"],
     ["robots"],
