@@ -132,12 +132,14 @@ class Outcome(NamedTuple):
         reward: (n,) float64, never shaped, always finite.
         terminated: (n,) bool; a diverged robot's episode is terminated.
         diverged: (n,) bool.
+        success: Where the goal holds, (n,) bool; nowhere without one.
     """
 
     observation: np.ndarray
     reward: np.ndarray
     terminated: np.ndarray
     diverged: np.ndarray
+    success: np.ndarray
 
 
 def judge(
@@ -159,13 +161,13 @@ def judge(
         observation = task.observe(robot)
         reward = task.reward(robot, before)
         sane = (np.abs(observation) < HUGE).all(axis=1) & (np.abs(reward) < HUGE)
-        terminated = task.terminated(robot)
+        terminated, success = task.terminated(robot), task.success(robot)
         diverged = suspect | ~sane
         seen = observation.astype(np.float32)
     if diverged.any():
         seen[diverged] = last[diverged]
         reward = np.where(diverged, 0.0, reward)
-    return Outcome(seen, reward, terminated | diverged, diverged)
+    return Outcome(seen, reward, terminated | diverged, diverged, success & ~diverged)
 
 
 def first_look(task: Task, robot: State) -> np.ndarray:

@@ -12,11 +12,9 @@ from mujoco.batch import Batch, SimulationError
 from revolver_lab.envs.core import Controls, DrawAlpha, Purpose, Stage, first_look, judge, stream
 from revolver_lab.envs.infos import alphas_of, masked, mode_of, objects, seeds_of
 from revolver_lab.envs.single import spaces_of
-from revolver_lab.errors import SettingsError
 
 if TYPE_CHECKING:
-    from revolver_lab.evolution.evolution import Evolution
-    from revolver_lab.tasks.base import Task
+    pass
 
 
 class RobotVectorEnv(VectorEnv):
@@ -25,8 +23,9 @@ class RobotVectorEnv(VectorEnv):
     Simulation i equals ``RobotEnv(..., simulation=i)`` reset with the same seed, step for step
     and bit for bit, for any n and any number of threads. A new alpha takes effect when an episode
     of its simulation starts. ``infos`` has "alpha" and "diverged" at every step and "episode"
-    (unshaped return "r", steps "l") where one ended; in SAME_STEP mode the ended episode's infos
-    are in "final_info" and "final_obs", exactly as in gymnasium's SyncVectorEnv.
+    (unshaped return "r", steps "l" and, if the task has a goal, "success") where one ended; in
+    SAME_STEP mode the ended episode's infos are in "final_info" and "final_obs", exactly as in
+    gymnasium's SyncVectorEnv.
 
     Attributes:
         alphas: Alpha of the running episode of each simulation, (n,); read only.
@@ -57,7 +56,8 @@ class RobotVectorEnv(VectorEnv):
         self._make_batch(nthread)
         self._make_spaces()
         self._last = np.zeros((n, self.task.observation_size), np.float32)
-        self._steps, self._returns = np.zeros(n, dtype=int), np.zeros(n)
+        self._steps, self._held = np.zeros((2, n), dtype=int)
+        self._returns = np.zeros(n)
         self._waiting, self.halted = np.zeros((2, n), dtype=bool)
         self._seed(seed)
 
@@ -68,6 +68,7 @@ class RobotVectorEnv(VectorEnv):
         self.batch.set_models(self.models)
         self.robot = self.task.state_class({f: self.batch.bind(f) for f in self.task.fields})
         self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
+        self._mocap_pos = self.batch.bind("mocap_pos")
         self._ctrl, self._controls = self.batch.bind("ctrl"), Controls.of(self.models[0])
         derived = self.task.needs_derived
         self._stage = int(mujoco.mjtStage.mjSTAGE_ACC if derived else mujoco.mjtStage.mjSTAGE_NONE)
@@ -144,6 +145,7 @@ class RobotVectorEnv(VectorEnv):
         outcome = judge(self.task, self.robot, before, suspect, self._last)
         self._last = outcome.observation
         self._steps += 1
+        self._held += outcome.success & active
         rewards = np.where(active, outcome.reward, 0.0)
         self._returns += rewards
         terminated = outcome.terminated & active
@@ -171,7 +173,10 @@ class RobotVectorEnv(VectorEnv):
         self._waiting = np.zeros_like(done) if same_step else done | (self._waiting & self.halted)
         if not done.any():
             return self._infos(diverged)
-        episode = {"episode": {"r": self._returns.copy(), "l": self._steps.copy()}}
+        episode: dict[str, Any] = {"r": self._returns.copy(), "l": self._steps.copy()}
+        if self.task.goal_steps is not None:
+            episode["success"] = self._held > self.task.goal_steps
+        episode = {"episode": episode}
         if not same_step:
             return self._infos(diverged) | masked(episode, done)
         info = {"alpha": self.alphas.copy(), "diverged": diverged} | episode
@@ -192,12 +197,15 @@ class RobotVectorEnv(VectorEnv):
         self._change_robots(ids)
         self.batch.reset(ids, stage=int(mujoco.mjtStage.mjSTAGE_NONE))
         for i in ids:
+            places = self.task.scene(self.models[i], self._starts[i])
+            if places is not None:
+                self._mocap_pos[i] = places
             start = self.task.initial_state(self.models[i], self._starts[i])
             self._qpos[i], self._qvel[i] = start
         self.batch.forward(ids)
         self.batch.warning[ids] = 0
         self._last[ids] = first_look(self.task, self.robot)[ids]
-        self._steps[ids], self._returns[ids] = 0, 0.0
+        self._steps[ids], self._held[ids], self._returns[ids] = 0, 0, 0.0
 
     def _change_robots(self, ids: np.ndarray) -> None:
         """Give each simulation the robot of its next alpha; who keeps its alpha is left alone."""

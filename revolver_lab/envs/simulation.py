@@ -22,7 +22,7 @@ class Simulation:
         self.model, self.data, self.task, self.simulation = model, data, task, simulation
         self.robot = task.state_class({f: getattr(data, f)[None] for f in task.fields})
         self.controls = Controls.of(model)
-        self.steps, self.total_reward = 0, 0.0
+        self.steps, self.held, self.total_reward = 0, 0, 0.0
         self._last = np.zeros((1, task.observation_size), np.float32)
 
     def seed(self, seed: int) -> None:
@@ -36,9 +36,12 @@ class Simulation:
             The first observation, (O,) float32.
         """
         mujoco.mj_resetData(self.model, self.data)
+        places = self.task.scene(self.model, self._start)
+        if places is not None:
+            self.data.mocap_pos[:] = places
         self.data.qpos[:], self.data.qvel[:] = self.task.initial_state(self.model, self._start)
         mujoco.mj_forward(self.model, self.data)
-        self.steps, self.total_reward = 0, 0.0
+        self.steps, self.held, self.total_reward = 0, 0, 0.0
         self._last = first_look(self.task, self.robot)
         return self._last[0].copy()
 
@@ -57,6 +60,7 @@ class Simulation:
         outcome = judge(self.task, self.robot, before, np.array([warned]), self._last)
         self._last = outcome.observation
         self.steps += 1
+        self.held += int(outcome.success[0])  # steps in which the goal held
         self.total_reward += float(outcome.reward[0])
         return outcome
 

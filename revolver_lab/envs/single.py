@@ -28,7 +28,8 @@ class RobotEnv(gymnasium.Env):
 
     Actions in [-1, 1] are scaled to the control ranges. An episode ends by the task's rule
     (``terminated``), by divergence (``terminated``, ``info["diverged"]``) or by the task's number
-    of steps (``truncated``); its last info has "episode": {"r": unshaped return, "l": steps}.
+    of steps (``truncated``); its last info has "episode": {"r": unshaped return, "l": steps},
+    and "success" where the task has a goal.
 
     Args:
         robot: A registered name, or an ``Evolution``.
@@ -107,6 +108,8 @@ class RobotEnv(gymnasium.Env):
         info: dict[str, Any] = {"alpha": self.alpha, "diverged": bool(outcome.diverged[0])}
         if terminated or truncated:
             info["episode"] = {"r": self.simulation.total_reward, "l": self.simulation.steps}
+            if self.task.goal_steps is not None:
+                info["episode"]["success"] = self.simulation.held > self.task.goal_steps
         observation = outcome.observation[0].copy()
         return observation, float(outcome.reward[0]), terminated, truncated, info
 
@@ -120,6 +123,7 @@ class RobotEnv(gymnasium.Env):
         if self._physics is None:
             self._physics = self.evolve(self.alpha)
         self._physics.data.qpos[:] = self.simulation.data.qpos
+        self._physics.data.mocap_pos[:] = self.simulation.data.mocap_pos
         self.evolve.set_alpha(self._physics, self.alpha)
         return self._physics.render(**self._picture)
 

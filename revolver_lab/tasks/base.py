@@ -48,6 +48,8 @@ class Task(ABC, Generic[S]):
             substep behind, and Gym's Ant and Humanoid read them so).
         n_substeps: Calls to ``mj_step`` in one environment step.
         episode_steps: Environment steps until the episode is truncated.
+        goal_steps: An episode is a success if the goal holds in more steps than this; None for
+            a task without a goal.
         observation_size: O, known after ``bind``.
         step_seconds: Duration of one environment step [s], known after ``bind``.
     """
@@ -57,6 +59,7 @@ class Task(ABC, Generic[S]):
     needs_derived: bool = False
     n_substeps: int = 5
     episode_steps: int = 1000
+    goal_steps: int | None = None
     observation_size: int = 0
     step_seconds: float = 0.0
 
@@ -88,6 +91,25 @@ class Task(ABC, Generic[S]):
     def terminated(self, robot: S) -> np.ndarray:
         """Return which robots have failed, (n,) bool; by default none ever does."""
         return np.zeros(len(robot.qpos), dtype=bool)
+
+    def success(self, robot: S) -> np.ndarray:
+        """Return where the goal holds now, (n,) bool; a task without one never gets there."""
+        return np.zeros(len(robot.qpos), dtype=bool)
+
+    def scene(self, model: mujoco.MjModel, rng: np.random.Generator) -> np.ndarray | None:
+        """Draw where an episode's mocap bodies are, before ``initial_state`` draws.
+
+        What stands elsewhere in every episode (a door, a target) hangs on a mocap body: so its
+        place is part of the simulation's state, and the model stays E(alpha).
+
+        Args:
+            model: The robot that starts.
+            rng: The stream to draw from; the same draws are made for every robot.
+
+        Returns:
+            Places, (nmocap, 3) [m], or None to leave them where the model has them.
+        """
+        return None
 
     @abstractmethod
     def initial_state(
