@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from revolver_lab.algorithm1 import transfer
+from revolver_lab.transferring import transfer
 from revolver_lab.cards import commit, versions
 from revolver_lab.evaluation import evaluate
 from revolver_lab.experts import load_expert

@@ -24,7 +24,7 @@ _PUBLIC = {
     "load_expert": "revolver_lab.experts",
     "train_expert": "revolver_lab.experts",
     "Schedule": "revolver_lab.schedule",
-    "transfer": "revolver_lab.algorithm1",
+    "transfer": "revolver_lab.transferring",
     "evaluate": "revolver_lab.evaluation",
     "lab": "revolver_lab.lab",
     "errors": "revolver_lab.errors",
@@ -69,7 +69,7 @@ def __dir__() -> list[str]:
 
 if TYPE_CHECKING:
     from revolver_lab import errors, lab, stats
-    from revolver_lab.algorithm1 import transfer
+    from revolver_lab.transferring import transfer
     from revolver_lab.envs import suite
     from revolver_lab.envs.vector import make_vec_env
     from revolver_lab.evaluation import evaluate

@@ -10,7 +10,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from revolver_lab.algorithm1 import transfer
+from revolver_lab.transferring import transfer
 from revolver_lab.errors import RevolverError
 from revolver_lab.evaluation import evaluate
 from revolver_lab.experts import load_expert

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.evolution.evolution import checked_alpha
 from revolver_lab.policies import Policy
 
 if TYPE_CHECKING:
@@ -13,7 +14,8 @@ if TYPE_CHECKING:
     from revolver_lab.evolution.evolution import Evolution
     from revolver_lab.tasks.base import Task
 
-_MOST_SIMULATIONS = 32  # a model of its own for each: memory, not time, sets this
+_MOST_SIMULATIONS = 256  # a model of its own for each: memory, not time, sets this
+_MOST_STARTS = 32  # episodes beyond these go on with the streams of the first
 
 
 def evaluate(
@@ -28,8 +30,8 @@ def evaluate(
 ) -> np.ndarray:
     """Plays episodes on E(alpha) for each alpha and returns their unshaped returns.
 
-    Episode j starts in the same way on every robot, so that robots and policies can be compared
-    in pairs.
+    All robots play side by side. Episode j starts in the same way on every robot, so that robots
+    and policies can be compared in pairs.
 
     Args:
         policy: What acts.
@@ -47,43 +49,95 @@ def evaluate(
         SettingsError: If there are no episodes.
         PolicyFileError: If the policy does not fit the robot.
     """
-    from revolver_lab.envs.vector import make_vec_env
-
+    robots = np.array([checked_alpha(alpha) for alpha in np.atleast_1d(alphas)])
     if episodes < 1:
         raise SettingsError(f"episodes = {episodes}", "1 or more", "Ask for 10.")
-    env = make_vec_env(evolve, min(episodes, _MOST_SIMULATIONS), task=task, seed=seed, nthread=1,
-                       autoreset_mode="NextStep")  # fmt: skip
-    policy.fits(env.single_observation_space.shape[0], env.single_action_space.shape[0])  # type: ignore[index]
-    rng = np.random.default_rng(seed)
-
-    def act(observation: np.ndarray) -> np.ndarray:
-        return policy(observation, deterministic=deterministic, rng=rng)
-
-    returns = [returns_on(env, act, alpha, episodes, seed) for alpha in np.atleast_1d(alphas)]
-    return np.array(returns)
+    side_by_side = max(_MOST_SIMULATIONS // min(episodes, _MOST_STARTS), 1)
+    played = [np.empty((0, episodes))]
+    for i in range(0, len(robots), side_by_side):
+        some = robots[i : i + side_by_side]
+        played.append(_play([policy] * len(some), evolve, some, episodes, [seed] * len(some), task,
+                            deterministic))  # fmt: skip
+    return np.concatenate(played)
 
 
-def returns_on(
-    env: "RobotVectorEnv", act: Callable[[np.ndarray], np.ndarray], alpha: float, episodes: int,
-    seed: int,
-) -> np.ndarray:  # fmt: skip
-    """Plays episodes on one robot and returns their unshaped returns, (episodes,).
+def evaluate_each(
+    policies: Sequence[Policy],
+    evolve: "Evolution | str",
+    alpha: float,
+    episodes: int,
+    seeds: Sequence[int],
+    *,
+    task: "str | Task | None" = None,
+    nthread: int = 0,
+) -> np.ndarray:
+    """Plays episodes of several policies on one robot, side by side.
 
     Args:
-        env: Simulations in NextStep mode; they play in parallel, as often as is needed.
-        act: Maps observations (n, O) to actions (n, A).
+        policies: What acts, by mean actions.
+        evolve: The evolution, or the name of a registered one.
         alpha: The robot, in [0, 1].
-        episodes: How many episodes.
-        seed: Seed of the starts.
+        episodes: Episodes of each policy.
+        seeds: Seed of each policy's starts; what a policy meets does not depend on its company.
+        task: As in `evaluate`.
+        nthread: Threads of the physics; 0 for one per CPU. Results do not depend on it.
+
+    Returns:
+        Unshaped returns, (len(policies), episodes).
     """
+    most = max(_MOST_SIMULATIONS // min(episodes, _MOST_STARTS), 1)
+    played = []
+    for i in range(0, len(policies), most):
+        some = policies[i : i + most]
+        alphas = np.full(len(some), float(alpha))
+        part = seeds[i : i + most]
+        played.append(_play(some, evolve, alphas, episodes, part, task, True, nthread))
+    return np.concatenate(played)
+
+
+def _play(
+    policies: Sequence[Policy], evolve: "Evolution | str", alphas: np.ndarray, episodes: int,
+    seeds: Sequence[int], task: "str | Task | None", deterministic: bool, nthread: int = 0,
+) -> np.ndarray:  # fmt: skip
+    """Plays each policy on its robot, all at once; returns (len(policies), episodes)."""
+    from revolver_lab.envs.vector import make_vec_env
+
+    starts = min(episodes, _MOST_STARTS)
+    env = make_vec_env(evolve, len(policies) * starts, task=task, alphas=np.repeat(alphas, starts),
+                       seed=seeds, nthread=nthread, autoreset_mode="NextStep")  # fmt: skip
+    for policy in policies:
+        policy.fits(env.single_observation_space.shape[0], env.single_action_space.shape[0])  # type: ignore[index]
+    streams = [np.random.default_rng(seed) for seed in seeds]
+
+    def act(observation: np.ndarray) -> np.ndarray:
+        blocks = observation.reshape(len(policies), starts, -1)
+        drawn = [policy(block, deterministic=deterministic, rng=rng)
+                 for policy, block, rng in zip(policies, blocks, streams)]  # fmt: skip
+        return np.concatenate(drawn)
+
     found: list[np.ndarray] = []
-    while len(found) * env.num_envs < episodes:
-        first = {"seed": seed, "options": {"alpha": float(alpha)}}
-        observation, _ = env.reset(**({} if found else first))
-        total, alive = np.zeros(env.num_envs), np.ones(env.num_envs, dtype=bool)
-        while alive.any():
-            observation, reward, terminated, truncated, _ = env.step(act(observation))
-            total += np.where(alive, reward, 0.0)
-            alive &= ~(terminated | truncated)
-        found.append(total)
-    return np.concatenate(found)[:episodes]
+    while len(found) * starts < episodes:
+        returns = returns_of(env, act, seeds=None if found else seeds)
+        found.append(returns.reshape(len(policies), starts))
+    return np.concatenate(found, axis=1)[:, :episodes]
+
+
+def returns_of(
+    env: "RobotVectorEnv", act: Callable[[np.ndarray], np.ndarray], seeds: Sequence[int] | None
+) -> np.ndarray:
+    """Plays one episode in every simulation and returns their unshaped returns, (n,).
+
+    Args:
+        env: Simulations in NextStep mode.
+        act: Maps observations (n, O) to actions (n, A).
+        seeds: Seeds of the starts, see `make_vec_env`; None goes on with the streams there are.
+    """
+    observation, _ = env.reset(seed=seeds)
+    env.halted[:] = False
+    total = np.zeros(env.num_envs)
+    while not env.halted.all():
+        observation, reward, terminated, truncated, _ = env.step(act(observation))
+        total += reward
+        env.halted |= terminated | truncated
+    env.halted[:] = False
+    return total

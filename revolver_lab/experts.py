@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from revolver_lab.algorithm1 import transfer
+from revolver_lab.transferring import transfer
 from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.evaluation import evaluate
 from revolver_lab.files import asset_folder

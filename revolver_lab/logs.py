@@ -23,6 +23,7 @@ class Phase:
         episode_return: Mean return of the phase's last episodes (as many as N_e), as trained:
             with actions drawn from the policy, on the robots E(beta).
         mean_beta: Mean beta of those episodes.
+        kept: Transitions that the cleaning at its beginning left in the replay.
         wall_time: Seconds since the transfer began, at the end of this phase [s].
     """
 
@@ -32,6 +33,7 @@ class Phase:
     steps: int
     episode_return: float
     mean_beta: float
+    kept: int
     wall_time: float
 
 
@@ -67,6 +69,7 @@ class TransferLog:
         evaluation_steps: Environment steps spent on evaluations at most, beyond `steps` [steps].
         wall_time: Seconds it took [s].
         reached_target: Whether the phase at alpha = 1 was completed.
+        failure: Why it was stopped before its end, or "".
         seed: Seed of everything random.
         settings: Schedule, learner, versions, command and commit, as plain values.
         policy: The policy after the last update, critic included.
@@ -79,6 +82,7 @@ class TransferLog:
     evaluation_steps: int
     wall_time: float
     reached_target: bool
+    failure: str
     seed: int
     settings: Mapping[str, Any]
     policy: Policy

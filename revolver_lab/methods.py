@@ -1,9 +1,16 @@
 """What the paper compares, each a configuration of the one loop in `algorithm1`."""
 
 import dataclasses
+import difflib
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
 
-from revolver_lab.errors import UnknownNameError
-from revolver_lab.schedule import Schedule
+from revolver_lab.errors import SettingsError, UnknownNameError
+from revolver_lab.schedule import Adaptive, Schedule
+
+CRITICS = ("carried", "reset")
+OPTIMISERS = ("kept", "fresh")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -13,27 +20,89 @@ class Method:
     Attributes:
         name: Its name.
         schedule: The path of alpha.
-        expert: Whether the expert's actor and critic are carried over.
+        expert: Whether the expert is carried over; otherwise learning starts from scratch.
+        critic: Whether the expert's critic is "carried" along with its actor, or "reset".
+        optimiser: Whether Adam's moments are "kept" from one phase to the next, or "fresh" in
+            each; every transfer begins with fresh ones.
     """
 
     name: str
     schedule: Schedule
     expert: bool = True
+    critic: str = "carried"
+    optimiser: str = "kept"
+
+    def __post_init__(self) -> None:
+        """Refuses what no method can be."""
+        for name, choices in (("critic", CRITICS), ("optimiser", OPTIMISERS)):
+            if getattr(self, name) not in choices:
+                raise SettingsError(f"{name} = {getattr(self, name)!r}", f"one of {choices}",
+                                    "Take the first.")  # fmt: skip
+
+    def to_json(self) -> dict[str, Any]:
+        """Returns the method as plain JSON values."""
+        plain = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return plain | {"schedule": self.schedule.to_json()}
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> "Method":
+        """Reads a method back."""
+        return cls(**{**value, "schedule": Schedule.from_json(value["schedule"])})
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Member:
+    """One learner of a population: a method and a seed.
+
+    Attributes:
+        method: How it learns.
+        seed: Seed of everything random about it, in whatever company it learns.
+    """
+
+    method: Method
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """Returns a name for files: "revolver-3"."""
+        return f"{self.method.name}-{self.seed}"
 
 
 # 360 episodes each, 72,000 steps of a cheetah: the path takes 25 phases of 8, alpha = 1 the rest.
 _PATH = Schedule(episodes_per_phase=8, final_episodes=160)
 _TARGET_ONLY = Schedule(alpha_start=1.0, final_episodes=360)
+_ONE_PHASE = 8 * 200  # transitions that one phase of a cheetah collects
+
+
+def _path(**changes: object) -> Schedule:
+    """Returns the path of the course with some fields changed."""
+    return dataclasses.replace(_PATH, **changes)  # type: ignore[arg-type]
+
 
 _ROWS = (
     Method(name="scratch", schedule=_TARGET_ONLY, expert=False),
     Method(name="direct", schedule=_TARGET_ONLY),
-    Method(name="deterministic", schedule=dataclasses.replace(_PATH, xi=0.0)),
+    Method(name="deterministic", schedule=_path(xi=0.0)),
     Method(name="revolver", schedule=_PATH),
-    Method(name="revolver-h1", schedule=dataclasses.replace(_PATH, shaping=1.0)),
-)
+    Method(name="adaptive", schedule=_path(adaptive=Adaptive(episodes_limit=16))),
+    # Randomised or deterministic, with the data that a cleaning leaves held equal.
+    Method(name="deterministic-equal",
+           schedule=_path(xi=0.0, window=math.inf, latest=_ONE_PHASE)),
+    Method(name="revolver-equal", schedule=_path(window=math.inf, latest=_ONE_PHASE)),
+    # Shaping: the paper's form, and the two that keep the size of the reward.
+    Method(name="revolver-h1", schedule=_path(shaping=1.0)),
+    Method(name="revolver-h1-relative", schedule=_path(shaping=1.0, shaping_form="relative")),
+    Method(name="revolver-h1-normalised", schedule=_path(shaping=1.0, shaping_form="normalised")),
+    Method(name="revolver-h8-normalised", schedule=_path(shaping=8.0, shaping_form="normalised")),
+    Method(name="revolver-h3", schedule=_path(shaping=3.0)),
+    # What is carried.
+    Method(name="critic-reset", schedule=_PATH, critic="reset"),
+    Method(name="no-cleaning", schedule=_path(window=math.inf)),
+    Method(name="window-0.33", schedule=_path(window=0.33)),
+    Method(name="optimiser-fresh", schedule=_PATH, optimiser="fresh"),
+)  # fmt: skip
 
-METHODS = {row.name: row for row in _ROWS}
+METHODS: Mapping[str, Method] = {row.name: row for row in _ROWS}
 """Every method at course scale, by name."""
 
 
@@ -41,12 +110,37 @@ def method(name: str) -> Method:
     """Returns a method by name.
 
     Raises:
-        UnknownNameError: If there is none of that name.
+        UnknownNameError: If there is none of that name; near ones are listed first.
 
     Example:
         >>> method("direct").schedule.alphas
         (1.0,)
     """
     if name not in METHODS:
-        raise UnknownNameError(f"method {name!r}", ", ".join(METHODS), "Choose one of these.")
+        near = difflib.get_close_matches(str(name), METHODS, n=3, cutoff=0.4)
+        remedy = f"Did you mean {' or '.join(map(repr, near))}?" if near else "Choose one of these."
+        raise UnknownNameError(f"method {name!r}", ", ".join(METHODS), remedy)
     return METHODS[name]
+
+
+def members(methods: Iterable[Method | str], seeds: Iterable[int]) -> tuple[Member, ...]:
+    """Returns every method with every seed.
+
+    Args:
+        methods: Methods, or names of them.
+        seeds: Whole numbers of 0 and more.
+
+    Raises:
+        SettingsError: If there are none, or two are alike.
+
+    Example:
+        >>> [member.name for member in members(["direct", "revolver"], range(2))]
+        ['direct-0', 'direct-1', 'revolver-0', 'revolver-1']
+    """
+    chosen = [method(m) if isinstance(m, str) else m for m in methods]
+    found = tuple(Member(method=m, seed=int(seed)) for m in chosen for seed in [*seeds])
+    names = [member.name for member in found]
+    if not found or len(set(names)) < len(names) or min(m.seed for m in found) < 0:
+        raise SettingsError(f"learners {names}", "one or more, each with a name of its own and a "
+                            "seed of 0 or more", "Give every method its own name.")  # fmt: skip
+    return found

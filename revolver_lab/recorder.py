@@ -3,6 +3,7 @@
 import dataclasses
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -35,33 +36,33 @@ class Progress:
 
 
 class Recorder:
-    """Counts what a transfer does, for its log.
+    """Counts what the transfer of one learner does, for its log.
 
     Args:
-        schedule: Says how many episodes a phase has.
+        schedule: Says how long a phase is.
         episode_steps: Steps of an episode that does not end early [steps].
         steps: Environment steps to end after, or None to end with the schedule.
-        snapshot: Returns a copy of the current policy.
-        evaluate: Plays episodes with a policy on the last robot and returns their returns.
         evaluate_every: Environment steps between evaluations; 0 is only at the end.
         report: Called with a `Progress` whenever episodes end.
 
     Attributes:
         best: The policy of the best evaluation so far.
+        kept: Transitions that the last cleaning left.
+        failure: Why the learner was stopped before its end, or "".
     """
 
     def __init__(
         self, schedule: Schedule, episode_steps: int, *, steps: int | None = None,
-        snapshot: Callable[[], Policy] | None = None,
-        evaluate: Callable[[Policy], np.ndarray] | None = None, evaluate_every: int = 0,
-        report: Callable[[Progress], None] | None = None,
+        evaluate_every: int = 0, report: Callable[[Progress], None] | None = None,
     ):  # fmt: skip
         self.schedule, self.limit, self.report = schedule, steps, report
-        self._snapshot, self._evaluate, self._every = snapshot, evaluate, evaluate_every
+        self._every, self._due = evaluate_every, False
         self.best: Policy | None = None
+        self.kept, self.failure = 0, ""
         self._start = time.monotonic()
         self._expected = steps or episode_steps * sum(map(schedule.episodes, schedule.alphas))
         self.steps, self.evaluation_steps, self._episode_steps = 0, 0, episode_steps
+        self._before = 0  # steps at the beginning of the running phase
         self.phases: list[Phase] = []
         self.evaluations: list[Evaluation] = []
         self._returns: list[float] = []  # of the running phase, unshaped
@@ -73,7 +74,8 @@ class Recorder:
         if self.limit is not None and (last or self.steps >= self.limit):
             return self.steps >= self.limit
         previous = [phase.episode_return for phase in self.phases]
-        return self.schedule.phase_over(alpha, self._returns, previous)
+        steps = self.steps - self._before
+        return self.schedule.phase_over(alpha, self._returns, previous, steps)
 
     def count(self, alpha: float, steps: int, returns: np.ndarray, betas: np.ndarray) -> None:
         """Counts one tick.
@@ -85,23 +87,33 @@ class Recorder:
             betas: Their robots.
         """
         before, self.steps = self.steps, self.steps + steps
-        if self._every and before // self._every != self.steps // self._every:
-            self.evaluate()
+        self._due |= self._every > 0 and before // self._every != self.steps // self._every
         if len(returns):
             self._returns.extend(map(float, returns))
             self._betas.extend(map(float, betas))
             if self.report:
                 self.report(self._progress(alpha))
 
-    def evaluate(self) -> None:
-        """Evaluates the current policy on the last robot, once per number of steps."""
-        done = bool(self.evaluations) and self.evaluations[-1].steps == self.steps
-        if done or self._evaluate is None or self._snapshot is None:
-            return
-        policy = self._snapshot()
-        returns = tuple(map(float, self._evaluate(policy)))
-        robot = self.schedule.alphas[-1]
-        record = Evaluation(steps=self.steps, alpha=robot, returns=returns)
+    @property
+    def evaluation_due(self) -> bool:
+        """Whether an evaluation is due between the first step and the last."""
+        return self._due
+
+    @property
+    def evaluated_last(self) -> bool:
+        """Whether the policy has been evaluated since its last step."""
+        return bool(self.evaluations) and self.evaluations[-1].steps == self.steps
+
+    def evaluated(self, returns: np.ndarray, policy: Policy) -> None:
+        """Writes down an evaluation of the current policy on the last robot.
+
+        Args:
+            returns: Unshaped returns, (episodes,).
+            policy: The policy.
+        """
+        self._due = False
+        record = Evaluation(steps=self.steps, alpha=self.schedule.alphas[-1],
+                            returns=tuple(map(float, returns)))  # fmt: skip
         if record.mean > max((earlier.mean for earlier in self.evaluations), default=-np.inf):
             self.best = policy
         self.evaluation_steps += len(returns) * self._episode_steps
@@ -113,14 +125,30 @@ class Recorder:
         self.phases.append(Phase(
             phase=len(self.phases), alpha=alpha, episodes=len(self._returns), steps=self.steps,
             episode_return=_mean(self._returns[-last:]), mean_beta=_mean(self._betas[-last:]),
-            wall_time=round(self.seconds, 3),
+            kept=self.kept, wall_time=round(self.seconds, 3),
         ))  # fmt: skip
-        self._returns, self._betas = [], []
+        self._returns, self._betas, self._before = [], [], self.steps
 
     @property
     def seconds(self) -> float:
         """Returns the time since the start [s]."""
         return time.monotonic() - self._start
+
+    def state(self) -> dict[str, Any]:
+        """Returns the counts as plain values; the best policy is kept elsewhere."""
+        plain = {name: getattr(self, name) for name in _COUNTS}
+        plain["phases"] = [dataclasses.asdict(phase) for phase in self.phases]
+        plain["evaluations"] = [dataclasses.asdict(record) for record in self.evaluations]
+        return plain | {"seconds": self.seconds}
+
+    def restore(self, plain: dict[str, Any]) -> None:
+        """Puts back what `state` returned."""
+        for name in _COUNTS:
+            setattr(self, name, plain[name])
+        self.phases = [Phase(**phase) for phase in plain["phases"]]
+        self.evaluations = [Evaluation(**{**record, "returns": tuple(record["returns"])})
+                            for record in plain["evaluations"]]  # fmt: skip
+        self._start = time.monotonic() - plain["seconds"]
 
     def _progress(self, alpha: float) -> Progress:
         """Describes how far things have come."""
@@ -130,6 +158,9 @@ class Recorder:
             steps=self.steps, episode_return=_mean(self._returns[-8:]), seconds=self.seconds,
             seconds_left=left,
         )  # fmt: skip
+
+
+_COUNTS = ("steps", "evaluation_steps", "kept", "failure", "_before", "_due", "_returns", "_betas")
 
 
 def _mean(values: list[float]) -> float:

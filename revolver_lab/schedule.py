@@ -1,12 +1,15 @@
 """The schedule of Algorithm 1: which robots a phase draws, and when the next phase begins."""
 
 import dataclasses
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.shaping import FORMS
 
 
 def _require(holds: bool, given: str, allowed: str, remedy: str) -> None:
@@ -49,8 +52,15 @@ class Schedule:
         episodes_per_phase: N_e in the paper, episodes a phase, over all simulations together.
         final_episodes: Episodes of the last phase, at alpha = 1; None is `episodes_per_phase`.
         shaping: h in the paper; rewards are multiplied by exp(h beta) when they are sampled.
+        shaping_form: "absolute" as in the paper, "relative" exp(h (beta - alpha)), or
+            "normalised" to a mean of one over the phase; see `revolver_lab.shaping`.
         window: Width of the interval of beta, ending at alpha + xi, that survives the cleaning
             of the replay; None is xi, the paper's [alpha, alpha + xi]; infinity keeps all.
+        latest: Transitions that survive a cleaning at most, the latest; None keeps all of the
+            window. With an infinite window it holds the amount of data equal between methods.
+        phase_steps: Environment steps a phase, in place of `episodes_per_phase`; the last phase
+            too, unless `final_episodes` is given. None counts episodes, as the paper does.
+        short_phases: Whether a phase may be shorter than an episode, to see it fail.
         adaptive: None for a fixed schedule.
         alpha_start: Where alpha begins; 1 leaves the last phase only, which is direct transfer.
         alpha_end: Where alpha ends, exactly; 0 stays on the source, which trains an expert.
@@ -68,7 +78,11 @@ class Schedule:
     episodes_per_phase: int = 8
     final_episodes: int | None = None
     shaping: float = 0.0
+    shaping_form: str = "absolute"
     window: float | None = None
+    latest: int | None = None
+    phase_steps: int | None = None
+    short_phases: bool = False
     adaptive: Adaptive | None = None
     alpha_start: float = 0.0
     alpha_end: float = 1.0
@@ -90,11 +104,13 @@ class Schedule:
         _require(self.window is None or self.window >= self.xi,
                  f"window = {self.window} with xi = {self.xi}", "None, or xi and more",
                  "A narrower window would drop the robots being drawn.")  # fmt: skip
+        _require(self.shaping_form in FORMS, f"shaping_form = {self.shaping_form!r}",
+                 f"one of {FORMS}", "The paper's is 'absolute'.")  # fmt: skip
         self._require_episodes()
 
     def _require_episodes(self) -> None:
         """Refuses numbers of episodes that no phase can have."""
-        for name in ("episodes_per_phase", "final_episodes"):
+        for name in ("episodes_per_phase", "final_episodes", "latest", "phase_steps"):
             value = getattr(self, name)
             _require(value is None or value >= 1, f"{name} = {value}", "1 or more", "Try 8.")
         limit = self.adaptive.episodes_limit if self.adaptive else math.inf
@@ -102,7 +118,26 @@ class Schedule:
                  f"episodes_per_phase = {self.episodes_per_phase} or more",
                  "Raise the limit of the adaptive schedule.")  # fmt: skip
 
-    @property
+    def to_json(self) -> dict[str, Any]:
+        """Returns the schedule as plain JSON values; an infinite window is the string "inf"."""
+        plain = dataclasses.asdict(self)
+        return plain | ({"window": "inf"} if self.window == math.inf else {})
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> "Schedule":
+        """Reads a schedule back.
+
+        Example:
+            >>> schedule = Schedule(window=math.inf, adaptive=Adaptive())
+            >>> Schedule.from_json(schedule.to_json()) == schedule
+            True
+        """
+        adaptive, window = value.get("adaptive"), value.get("window")
+        read = {"adaptive": Adaptive(**adaptive) if adaptive else None,
+                "window": None if window is None else float(window)}  # fmt: skip
+        return cls(**{**value, **read})
+
+    @functools.cached_property
     def alphas(self) -> tuple[float, ...]:
         """Returns alpha of every phase: alpha_k = sum of l_i (section 4.2), the last exact."""
         count = math.ceil((self.alpha_end - self.alpha_start) / self.alpha_step - 1e-9)
@@ -129,14 +164,24 @@ class Schedule:
             return self.final_episodes
         return self.episodes_per_phase
 
-    def phase_over(self, alpha: float, returns: Sequence[float], previous: Sequence[float]) -> bool:
+    def counts_steps(self, alpha: float) -> bool:
+        """Says whether the phase at alpha ends after steps, not after episodes."""
+        last = alpha == self.alpha_end and self.final_episodes is not None
+        return self.phase_steps is not None and not last
+
+    def phase_over(
+        self, alpha: float, returns: Sequence[float], previous: Sequence[float], steps: int = 0
+    ) -> bool:
         """Says whether the phase at alpha has run long enough (line 12, and section 4.4).
 
         Args:
             alpha: Alpha of the phase.
             returns: Unshaped returns of the episodes this phase has finished, in order.
             previous: What each earlier phase returned at its end, in order.
+            steps: Environment steps of this phase.
         """
+        if self.counts_steps(alpha):
+            return steps >= (self.phase_steps or 0)
         least = self.episodes(alpha)
         if len(returns) < least:
             return False
@@ -146,7 +191,7 @@ class Schedule:
         allowed_drop = (1 - self.adaptive.ratio) * abs(reference)
         return float(np.mean(returns[-least:])) >= reference - allowed_drop
 
-    def check(self, simulations: int) -> None:
+    def check(self, simulations: int, episode_steps: int) -> None:
         """Refuses a phase that is shorter than an episode of every simulation.
 
         beta is redrawn only when an episode ends: with a shorter phase some simulations would
@@ -154,12 +199,21 @@ class Schedule:
 
         Args:
             simulations: Number of simulations that share the phase.
+            episode_steps: Steps of an episode that does not end early [steps].
 
         Raises:
             SettingsError: If fewer episodes than simulations make a phase.
         """
+        if self.short_phases:
+            return
+        remedy = "such a phase is shorter than an episode. To watch it fail: short_phases=True."
+        if self.phase_steps is not None:
+            least = simulations * episode_steps
+            _require(self.phase_steps >= least, f"phase_steps = {self.phase_steps}",
+                     f"{least} or more, {episode_steps} for each of {simulations} simulations",
+                     f"Raise phase_steps or use fewer simulations: {remedy}")  # fmt: skip
+            return
         shortest = min(self.episodes(alpha) for alpha in {self.alpha_start, self.alpha_end})
         _require(shortest >= simulations, f"a phase of {shortest} episodes",
                  f"{simulations} or more, one for each of {simulations} simulations",
-                 "Raise episodes_per_phase or use fewer simulations: such a phase is shorter "
-                 "than an episode.")  # fmt: skip
+                 f"Raise episodes_per_phase or use fewer simulations: {remedy}")  # fmt: skip

@@ -89,6 +89,25 @@ def count_layers(weights: Mapping[str, np.ndarray], network: str) -> int:
     return layers
 
 
+def with_targets(weights: Mapping[str, np.ndarray], head: str) -> dict[str, np.ndarray]:
+    """Returns a policy's arrays, the targets it lacks filled in from what they follow.
+
+    Args:
+        weights: Arrays by name.
+        head: The policy's head; only "tanh" has a target of its actor.
+
+    Example:
+        >>> sorted(with_targets({"critic.0.0.bias": np.zeros(1)}, "squashed_gaussian"))
+        ['critic.0.0.bias', 'critic_target.0.0.bias']
+    """
+    given = dict(weights)
+    networks = {"critic": "critic_target"} | ({"actor": "actor_target"} if head == "tanh" else {})
+    for online, target in networks.items():
+        for name in [n for n in given if n.startswith(f"{online}.")]:
+            given.setdefault(target + name[len(online) :], given[name])
+    return given
+
+
 def refusal(path: str | Path, what: str) -> PolicyFileError:
     """Builds the error for a file that cannot be a policy."""
     return PolicyFileError(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from stable_baselines3 import DQN, SAC
 
-from revolver_lab.algorithm1 import run, transfer
+from revolver_lab.algorithm1 import Algorithm1
 from revolver_lab.envs.vector import make_vec_env
 from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.evaluation import evaluate
@@ -20,6 +20,7 @@ from revolver_lab.policies import Policy
 from revolver_lab.recorder import Recorder
 from revolver_lab.schedule import Adaptive, Schedule
 from revolver_lab.tasks.base import Task
+from revolver_lab.transferring import transfer
 
 PUCK = """<mujoco model="puck"><option timestep=".02"/><worldbody>
 <body name="puck"><joint name="x" type="slide" axis="1 0 0" damping="1"/>
@@ -67,28 +68,41 @@ PATH = Schedule(alpha_step=0.25, xi=0.5, episodes_per_phase=3, shaping=2.0)
 class Notebook:
     """A learner that only writes down what the loop does."""
 
+    broken = np.zeros(1, dtype=bool)
+
     def __init__(self):
         self.events, self.rows = [], []
 
     def act(self, observation):
         return np.zeros((len(observation), 1))
 
-    def store(self, observation, action, reward, following, terminated, betas):
+    def store(self, moved, observation, action, reward, following, terminated, betas):
+        if not moved.any():
+            return
+        assert moved.all()
         self.events.append("store")
         self.rows.append((observation, reward, following, terminated, betas))
 
-    def update(self):
-        self.events.append("update")
+    def update(self, active):
+        if active.any():
+            self.events.append("update")
 
-    def clean(self, low, high):
-        self.events.append(("clean", low, high))
+    def enter(self, p, alpha):
+        self.events.append(("enter", p, alpha))
+        return 7
 
 
 def played(evolve, schedule, n=3):
     env = make_vec_env(evolve, n, task=Push(), seed=0, nthread=1, autoreset_mode="NextStep")
     learner, log = Notebook(), Recorder(schedule, LENGTH)
-    run(learner, env, schedule, log, seed=0)
+    run(Algorithm1(learner, env, [schedule], [log]))
     return learner, log
+
+
+def run(loop, seeds=(0,)):
+    loop.begin(seeds)
+    while not loop.over.all():
+        loop.tick()
 
 
 def test_the_loop_is_the_papers_line_by_line(evolve):
@@ -96,9 +110,10 @@ def test_the_loop_is_the_papers_line_by_line(evolve):
     tick = ["store", "update"]
     expected = []
     for alpha in (0.0, 0.25, 0.5, 0.75, 1.0):
-        expected += [("clean", alpha, alpha + 0.5), *(tick * LENGTH)]
+        expected += [("enter", 0, alpha), *(tick * LENGTH)]
     assert learner.events == expected
     assert [phase.episodes for phase in log.phases] == [3] * 5
+    assert [phase.kept for phase in log.phases] == [7] * 5
     assert log.steps == 5 * 3 * LENGTH
 
 
@@ -186,7 +201,7 @@ def test_adaptive_phases_take_more_episodes_where_the_policy_struggles(evolve):
     adaptive = dataclasses.replace(PATH, adaptive=Adaptive(ratio=0.9))
     env = make_vec_env(evolve, 3, task=Falling(), seed=0, nthread=1, autoreset_mode="NextStep")
     log = Recorder(adaptive, LENGTH)
-    run(Notebook(), env, adaptive, log, seed=0)
+    run(Algorithm1(Notebook(), env, [adaptive], [log]))
     episodes = [phase.episodes for phase in log.phases]
     assert max(episodes) > 3
     assert episodes[0] == episodes[-1] == 3
@@ -227,9 +242,11 @@ def test_an_expert_of_another_robot_is_refused(evolve):
         transfer(Policy(weights=weights, head="tanh"), evolve, PATH, learner=TINY, task=Push())
 
 
-@pytest.mark.parametrize("algorithm", ["TD3", "DDPG"])
-def test_other_algorithms_go_through_the_same_loop(evolve, algorithm):
-    learner = dataclasses.replace(TINY, algorithm=algorithm)
+@pytest.mark.parametrize(("algorithm", "engine"), [
+    ("TD3", "stacked"), ("TD3", "stable-baselines3"), ("DDPG", "auto"),
+])  # fmt: skip
+def test_other_algorithms_go_through_the_same_loop(evolve, algorithm, engine):
+    learner = dataclasses.replace(TINY, algorithm=algorithm, engine=engine)
     log = transfer(None, evolve, PATH, learner=learner, task=Push(), evaluate_episodes=1)
     assert log.policy.head == "tanh"
     assert log.reached_target
@@ -270,14 +287,18 @@ def test_a_class_of_ones_own_may_be_passed_in(evolve):
             super().train(gradient_steps, batch_size)
 
     learner = dataclasses.replace(TINY, algorithm=Patient)
+    assert not learner.stacks
     log = transfer(None, evolve, PATH, learner=learner, task=Push(), evaluate_episodes=0)
     assert Patient.calls == 5 * LENGTH - 1  # from 6 transitions on, never paused
     assert log.policy.card.algorithm == "Patient"
 
 
 @pytest.mark.slow
-def test_sac_learns_to_push_right(evolve):
-    learner = dataclasses.replace(TINY, hidden=(32, 32), batch_size=32, learning_rate=3e-3)
+@pytest.mark.parametrize("engine", ["stacked", "stable-baselines3"])
+@pytest.mark.parametrize("algorithm", ["SAC", "TD3"])
+def test_both_engines_learn_to_push_right(evolve, algorithm, engine):
+    learner = dataclasses.replace(TINY, hidden=(32, 32), batch_size=32, learning_rate=3e-3,
+                                  algorithm=algorithm, engine=engine)  # fmt: skip
     stay = Schedule(alpha_end=0.0, xi=0.0, episodes_per_phase=3)
     before = transfer(None, evolve, stay, learner=learner, task=PushRight(), seed=0)
     after = transfer(None, evolve, stay, learner=learner, task=PushRight(), seed=0, steps=9000)

@@ -10,6 +10,7 @@ from torch import nn
 from revolver_lab.cards import ModelCard, versions
 from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.policies import Policy
+from revolver_lab.weights import with_targets
 
 _ACTIVATIONS = {nn.ReLU: "relu", nn.Tanh: "tanh"}
 
@@ -113,7 +114,7 @@ def to_sb3(policy: Policy, model: OffPolicyAlgorithm) -> OffPolicyAlgorithm:
         PolicyFileError: If a shape does not fit, or the critic is of another make.
     """
     live = tensors(model)
-    given = _with_targets(policy)
+    given = with_targets(policy.parameters(), policy.head)
     if not any(name.startswith("critic.") for name in given):
         live = {k: v for k, v in live.items() if not k.startswith("critic")}
     missing = sorted(set(live) ^ set(given))
@@ -128,15 +129,3 @@ def to_sb3(policy: Policy, model: OffPolicyAlgorithm) -> OffPolicyAlgorithm:
         for name, tensor in live.items():
             tensor.copy_(torch.as_tensor(given[name]))
     return model
-
-
-def _with_targets(policy: Policy) -> dict:
-    """Returns the policy's arrays, targets filled in from the networks they follow."""
-    given = policy.parameters()
-    networks = {"critic": "critic_target"}
-    if policy.head == "tanh":
-        networks["actor"] = "actor_target"
-    for online, target in networks.items():
-        for name in [n for n in given if n.startswith(f"{online}.")]:
-            given.setdefault(target + name[len(online) :], given[name])
-    return given

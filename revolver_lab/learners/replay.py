@@ -8,6 +8,7 @@ from gymnasium import spaces
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.type_aliases import ReplayBufferSamples
 
+from revolver_lab import shaping as _shaping
 from revolver_lab.errors import SettingsError
 
 
@@ -29,6 +30,11 @@ class TaggedReplay(ReplayBuffer):
         handle_timeout_termination: Whether an episode that ran out of time counts as unfinished.
         shaping: h in the paper.
         seed: Seed of the sampling.
+
+    Attributes:
+        alpha: Of the phase, for the forms of shaping that ask for it.
+        xi: Likewise.
+        shaping_form: See `revolver_lab.shaping`.
     """
 
     def __init__(
@@ -49,7 +55,8 @@ class TaggedReplay(ReplayBuffer):
         super().__init__(buffer_size, observation_space, action_space, device, 1,
                          optimize_memory_usage, handle_timeout_termination)  # fmt: skip
         self.simulations = n_envs
-        self.shaping = shaping
+        self.shaping, self.shaping_form = shaping, "absolute"
+        self.alpha, self.xi = 0.0, 0.0
         self.betas = np.zeros(self.buffer_size)  # float64: the interval's ends are compared exactly
         self.rng = np.random.default_rng(seed)
 
@@ -87,12 +94,13 @@ class TaggedReplay(ReplayBuffer):
         self.full |= self.pos + len(reward) >= self.buffer_size
         self.pos = (self.pos + len(reward)) % self.buffer_size
 
-    def clean(self, low: float, high: float) -> int:
+    def clean(self, low: float, high: float, latest: int | None = None) -> int:
         """Keeps the transitions with beta in [low, high] (Algorithm 1, line 31).
 
         Args:
             low: Lower end, included.
             high: Upper end, included.
+            latest: Keep this many at most, the latest; None keeps all of the interval.
 
         Returns:
             How many transitions are left.
@@ -101,6 +109,8 @@ class TaggedReplay(ReplayBuffer):
         if self.full:
             order = np.concatenate([np.arange(self.pos, self.buffer_size), order])
         kept = order[(self.betas[order] >= low) & (self.betas[order] <= high)]
+        if latest is not None:
+            kept = kept[max(len(kept) - latest, 0) :]
         if len(kept) < self.buffer_size:
             for array in (self.observations, self.next_observations, self.actions, self.rewards,
                           self.dones, self.betas):  # fmt: skip
@@ -118,8 +128,11 @@ class TaggedReplay(ReplayBuffer):
         return self._get_samples(self.rng.integers(0, self.size(), size=batch_size), env)
 
     def _get_samples(self, batch_inds: np.ndarray, env: Any = None) -> ReplayBufferSamples:
-        """Returns the transitions at these rows; r' = r exp(h beta)."""
-        shaped = self.rewards[batch_inds] * np.exp(self.shaping * self.betas[batch_inds, None])
+        """Returns the transitions at these rows; r' = r exp(h beta), or another form of it."""
+        betas = self.betas[batch_inds, None]
+        shaped = self.rewards[batch_inds] * _shaping.weight(
+            betas, self.alpha, self.xi, self.shaping, self.shaping_form
+        )
         arrays = (
             self.observations[batch_inds, 0], self.actions[batch_inds, 0],
             self.next_observations[batch_inds, 0], self.dones[batch_inds],

@@ -16,6 +16,7 @@ from revolver_lab.errors import SettingsError
 from revolver_lab.learners.convert import from_sb3, to_sb3
 from revolver_lab.learners.replay import TaggedReplay
 from revolver_lab.learners.settings import LearnerSettings
+from revolver_lab.methods import Member
 from revolver_lab.policies import Policy
 
 ALGORITHMS: dict[str, type[OffPolicyAlgorithm]] = {"SAC": SAC, "TD3": TD3, "DDPG": DDPG}
@@ -28,38 +29,47 @@ class Sb3Learner:
         settings: What it is made of.
         observation_size: O.
         action_size: A.
-        shaping: h in the paper, for the replay.
-        seed: Seed of the weights, the exploration and the sampling.
+        member: Its method, and the seed of weights, exploration and sampling.
 
     Attributes:
         model: The stable-baselines3 model.
+        broken: Whether its numbers are no longer finite, (1,) bool.
     """
 
     def __init__(
-        self,
-        settings: LearnerSettings,
-        observation_size: int,
-        action_size: int,
-        *,
-        shaping: float = 0.0,
-        seed: int = 0,
+        self, settings: LearnerSettings, observation_size: int, action_size: int, member: Member
     ):
         torch.set_num_threads(1)  # two one-thread processes beat one process with two threads
-        self.settings, self.adopted, self._started = settings, False, False
-        self.model = build(settings, observation_size, action_size, shaping=shaping, seed=seed)
-        self._rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1,)))
+        self.settings, self.method = settings, member.method
+        self.adopted, self._started = False, False
+        schedule = member.method.schedule
+        self.model = build(settings, observation_size, action_size, shaping=schedule.shaping,
+                           seed=member.seed)  # fmt: skip
+        self.replay.xi, self.replay.shaping_form = schedule.xi, schedule.shaping_form
+        self.broken = np.zeros(1, dtype=bool)
+        self._rng = np.random.default_rng(np.random.SeedSequence(member.seed, spawn_key=(1,)))
 
     @property
     def replay(self) -> TaggedReplay:
         """Returns the model's replay."""
         return cast(TaggedReplay, self.model.replay_buffer)  # build() made it so
 
-    def adopt(self, expert: Policy) -> None:
+    def adopt(self, p: int, expert: Policy) -> None:
         """Takes over the expert's actor, critics and targets, under fresh optimisers."""
         size, width = self.model.observation_space.shape, self.model.action_space.shape
         expert.fits(size[0], width[0])  # type: ignore[index]
-        to_sb3(expert, self.model)
+        carried = expert if self.method.critic == "carried" else expert.without_critic()
+        to_sb3(carried, self.model)
         self.adopted = True
+
+    def enter(self, p: int, alpha: float) -> int:
+        """Begins a phase: cleans the replay (line 31), renews Adam if asked."""
+        self.replay.alpha = alpha
+        if self.method.optimiser == "fresh":
+            for part in (self.model.policy.actor, self.model.policy.critic):
+                cast(Any, part).optimizer.state.clear()
+        schedule = self.method.schedule
+        return self.replay.clean(*schedule.kept(alpha), schedule.latest)
 
     def act(self, observation: np.ndarray) -> np.ndarray:
         """Draws a ~ pi(. | s) (line 19 of Algorithm 1); uniform until a scratch run has begun.
@@ -80,28 +90,25 @@ class Sb3Learner:
         return action.astype(np.float32)
 
     def store(
-        self, observation: np.ndarray, action: np.ndarray, reward: np.ndarray,
+        self, moved: np.ndarray, observation: np.ndarray, action: np.ndarray, reward: np.ndarray,
         following: np.ndarray, terminated: np.ndarray, betas: np.ndarray,
     ) -> None:  # fmt: skip
-        """Puts n transitions into the replay (line 23), rewards as earned; see `TaggedReplay`."""
-        self.replay.extend(observation, following, action, reward, terminated, betas)
-        self.model.num_timesteps += len(reward)
+        """Puts what moved into the replay (line 23), rewards as earned; see `TaggedReplay`."""
+        parts = (observation, following, action, reward, terminated, betas)
+        self.replay.extend(*(array[moved] for array in parts))
+        self.model.num_timesteps += int(moved.sum())
 
-    def update(self) -> None:
+    def update(self, active: np.ndarray) -> None:
         """Trains on samples of the replay (lines 24 and 25), once enough has been seen.
 
         After that it never waits again: a replay that the cleaning has emptied is sampled as
         soon as it holds anything, for a pause would cripple some variants and not others.
         """
         self._started = self._started or self.replay.size() >= self.settings.learning_starts
-        if self._started and self.replay.size() > 0:
+        if active[0] and self._started and self.replay.size() > 0:
             self.model.train(self.settings.updates, self.settings.batch_size)
 
-    def clean(self, low: float, high: float) -> None:
-        """Keeps the transitions with beta in [low, high] (line 31)."""
-        self.replay.clean(low, high)
-
-    def policy(self, card: ModelCard | None = None) -> Policy:
+    def policy(self, p: int = 0, card: ModelCard | None = None) -> Policy:
         """Returns a copy of what has been learnt so far, critic included."""
         return from_sb3(self.model, card)
 

@@ -1,10 +1,17 @@
 """The settings of an off-policy learner, with the course's and the paper's values; no torch."""
 
 import dataclasses
+import math
+import numbers
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from revolver_lab.errors import SettingsError
+
+ENGINES = ("auto", "stacked", "stable-baselines3")
+STACKED = ("SAC", "TD3")
+"""Algorithms of the stacked engine."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -14,6 +21,8 @@ class LearnerSettings:
     Attributes:
         algorithm: "SAC", "TD3", "DDPG", or any class derived from stable-baselines3's
             OffPolicyAlgorithm for continuous actions.
+        engine: "stacked", our own SAC and TD3, for many learners at once; "stable-baselines3",
+            one learner at a time; "auto" takes the first wherever it can.
         hidden: Widths of the hidden layers of actor and critics.
         layer_norm: Whether the critics normalise their layers.
         batch_size: Transitions in an update.
@@ -27,10 +36,15 @@ class LearnerSettings:
         buffer_size: Transitions that the replay holds at most.
         ent_coef: SAC's temperature, a number or "auto", "auto_0.1" (SAC only).
         action_noise: Standard deviation of the exploration noise (TD3 and DDPG only).
-        options: Further arguments of the algorithm's constructor.
+        policy_delay: Critic updates for each update of the actor and the targets (TD3 only).
+        target_noise: Standard deviation of the target's action noise (TD3 only).
+        target_noise_clip: Bound on that noise (TD3 only).
+        device: "cpu" or "cuda", for the stacked engine.
+        options: Further arguments of stable-baselines3's constructor.
     """
 
     algorithm: str | type = "SAC"
+    engine: str = "auto"
     hidden: tuple[int, ...] = (64, 64)
     layer_norm: bool = True
     batch_size: int = 64
@@ -43,21 +57,46 @@ class LearnerSettings:
     buffer_size: int = 200_000
     ent_coef: float | str = 0.01
     action_noise: float = 0.1
+    policy_delay: int = 2
+    target_noise: float = 0.2
+    target_noise_clip: float = 0.5
+    device: str = "cpu"
     options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuses settings that cannot work."""
-        for name in ("batch_size", "simulations", "updates", "learning_starts", "buffer_size"):
-            if getattr(self, name) < 1:
-                raise SettingsError(f"{name} = {getattr(self, name)}", "1 or more",
-                                    "The course preset is LearnerSettings().")  # fmt: skip
+        for name in ("batch_size", "simulations", "updates", "learning_starts", "buffer_size",
+                     "policy_delay"):  # fmt: skip
+            value = getattr(self, name)
+            _require(_whole(value) and value >= 1, name, value, "a whole number, 1 or more")
         for name in ("learning_rate", "gamma", "tau"):
-            if not 0 < getattr(self, name) <= 1:
-                raise SettingsError(f"{name} = {getattr(self, name)}", "a number in (0, 1]",
-                                    "The course preset is LearnerSettings().")  # fmt: skip
-        if not self.hidden or min(self.hidden) < 1:
-            raise SettingsError(f"hidden = {self.hidden}", "one or more positive widths",
-                                "The course uses (64, 64).")  # fmt: skip
+            value = getattr(self, name)
+            _require(_number(value) and 0 < value <= 1, name, value, "a number in (0, 1]")
+        for name in ("action_noise", "target_noise", "target_noise_clip"):
+            value = getattr(self, name)
+            _require(_number(value) and value >= 0, name, value, "a number, 0 or more")
+        widths = self.hidden
+        _require(isinstance(widths, tuple | list) and len(widths) > 0
+                 and all(_whole(width) and width >= 1 for width in widths),
+                 "hidden", widths, "one or more positive widths")  # fmt: skip
+        _require(self.engine in ENGINES, "engine", self.engine, f"one of {ENGINES}")
+        _require(_temperature(self.ent_coef), "ent_coef", self.ent_coef,
+                 'a number of 0 or more, "auto", or "auto_0.1"')  # fmt: skip
+        self._require_stackable()
+
+    def _require_stackable(self) -> None:
+        """Refuses what the stacked engine was asked for by name and cannot do."""
+        if self.engine == "stacked" and not self.stacks:
+            raise SettingsError(
+                f"engine = 'stacked' with algorithm = {self.name!r} and options = {self.options}",
+                f"one of {STACKED}, without options", "Take engine='stable-baselines3'.",
+            )  # fmt: skip
+
+    @property
+    def stacks(self) -> bool:
+        """Whether the stacked engine trains it."""
+        able = self.algorithm in STACKED and not self.options
+        return able and self.engine != "stable-baselines3"
 
     @property
     def name(self) -> str:
@@ -70,6 +109,31 @@ class LearnerSettings:
         options = {k: v if isinstance(v, str | int | float) else repr(v)
                    for k, v in self.options.items()}  # fmt: skip
         return {**plain, "algorithm": self.name, "hidden": list(self.hidden), "options": options}
+
+
+def _require(holds: bool, name: str, value: Any, allowed: str) -> None:
+    """Raises SettingsError unless a setting holds."""
+    if not holds:
+        raise SettingsError(f"{name} = {value!r}", allowed,
+                            "The course preset is LearnerSettings().")  # fmt: skip
+
+
+def _number(value: Any) -> bool:
+    """Says whether a value is a finite number."""
+    return isinstance(value, numbers.Real) and math.isfinite(value)
+
+
+def _whole(value: Any) -> bool:
+    """Says whether a value is a whole number, and not True or False."""
+    return isinstance(value, numbers.Integral) and not isinstance(value, bool)
+
+
+def _temperature(value: Any) -> bool:
+    """Says whether a value can be SAC's temperature."""
+    if not isinstance(value, str):
+        return _number(value) and value >= 0
+    start = re.fullmatch(r"auto(?:_(\d*\.?\d+(?:e-?\d+)?))?", value)
+    return start is not None and (start[1] is None or float(start[1]) > 0)
 
 
 COURSE = LearnerSettings()

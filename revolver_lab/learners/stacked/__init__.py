@@ -1,0 +1,1 @@
+"""Many independent learners at once: their weights stacked, their products batched."""
