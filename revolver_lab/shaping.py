@@ -5,7 +5,7 @@ import difflib
 import numpy as np
 from numpy.typing import ArrayLike
 
-from revolver_lab.errors import UnknownNameError
+from revolver_lab.errors import SettingsError, UnknownNameError
 
 FORMS = ("absolute", "relative", "normalised")
 """exp(h beta) as in the paper, exp(h (beta - alpha)), and the latter over its mean in the phase."""
@@ -49,6 +49,46 @@ def weight(beta: ArrayLike, alpha: ArrayLike, xi: ArrayLike, h: ArrayLike, form:
     near = difflib.get_close_matches(str(form), FORMS, n=1, cutoff=0.4)
     remedy = f"Did you mean {near[0]!r}?" if near else "The paper's is 'absolute'."
     raise UnknownNameError(f"shaping form {form!r}", ", ".join(FORMS), remedy)
+
+
+def mean_weight(alpha: ArrayLike, xi: ArrayLike, h: ArrayLike, form: str) -> np.ndarray:
+    """Returns the mean of `weight` over the phase: by how much all rewards are rescaled.
+
+    Args:
+        alpha: Of the phase.
+        xi: Width of the window.
+        h: The shaping factor.
+        form: One of `FORMS`.
+
+    Example:
+        >>> alphas = np.array([0.0, 0.5, 1.0])  # the paper's form pays more and more
+        >>> mean_weight(alphas, xi=0.1, h=1.0, form="absolute").round(2)
+        array([1.05, 1.73, 2.72])
+    """
+    normalised = weight(alpha, alpha, xi, h, "normalised")
+    return weight(alpha, alpha, xi, h, form) / normalised
+
+
+def effective_ent_coef(ent_coef: float, factor: ArrayLike) -> np.ndarray:
+    """Returns SAC's temperature as it acts when every reward is multiplied by one factor w.
+
+    SAC maximises the sum of w r + ent_coef H. Divided by w, which moves no optimum, that is the
+    sum of r + (ent_coef / w) H: a larger reward explores less.
+
+    Args:
+        ent_coef: SAC's temperature, fixed.
+        factor: w, more than 0, such as a `mean_weight`.
+
+    Raises:
+        SettingsError: If a factor is not positive.
+
+    Example:
+        >>> float(effective_ent_coef(0.2, np.exp(1.0)).round(3))  # h = 1, at alpha = 1
+        0.074
+    """
+    if not (np.asarray(factor) > 0).all():
+        raise SettingsError(f"factor = {factor}", "more than 0", "Take it from mean_weight.")
+    return np.asarray(ent_coef / np.asarray(factor))
 
 
 def _log_mean(y: np.ndarray) -> np.ndarray:
