@@ -1,5 +1,6 @@
 """What people look at: sliders, strips, films, matchings; the only place that needs OpenGL."""
 
+from revolver_lab.lab import plots
 from revolver_lab.lab.compare import compare
 from revolver_lab.lab.explore import App, explore
 from revolver_lab.lab.films import ALPHAS, film, strip
@@ -20,6 +21,7 @@ __all__ = [
     "explore",
     "film",
     "picture",
+    "plots",
     "record",
     "show",
     "static_slider",
