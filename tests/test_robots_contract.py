@@ -1,4 +1,4 @@
-"""What every registered robot owes, and the tables of facts.md, section 1 and 7."""
+"""What every registered robot owes, and the tables of facts.md, sections 1, 7 and 9."""
 
 import mujoco
 import numpy as np
@@ -6,8 +6,11 @@ import pytest
 
 from revolver_lab.envs.vector import make_vec_env
 from revolver_lab.errors import UnknownNameError
+from revolver_lab.policies import Policy
 from revolver_lab.robots import registry
 from revolver_lab.robots.ant import LENGTH_MASS_TARGET
+from revolver_lab.robots.cheetah_segment import cheetah_places
+from revolver_lab.tasks.running import RunnerState, SpeedTrap
 
 NAMES = registry.names()
 NAMED = {
@@ -28,11 +31,13 @@ def both(name):
     return robot.source().compile(), robot.target().compile()
 
 
-def test_the_six_robots_are_registered():
-    assert NAMES == [
+def test_the_robots_are_registered_the_small_ones_first():
+    assert NAMES[:8] == [
         "cheetah-front-leg",
         "cheetah-short-legs",
         "cheetah-long-legs",
+        "cheetah-segment",
+        "ball-in-cup-weak-motors",
         "ant-length-mass",
         "ant-leg-emerge",
         "humanoid-length-mass",
@@ -63,7 +68,8 @@ def test_101_robots_share_their_spaces_and_stay_finite(name):
     env = make_vec_env(name, 101, alphas=np.linspace(0, 1, 101), seed=0, nthread=2)
     source, target = env.models[0], env.models[-1]
     assert all((m.nq, m.nv, m.nu) == (source.nq, source.nv, source.nu) for m in env.models)
-    assert not np.array_equal(source.body_mass, target.body_mass)
+    both = source.body_mass, target.body_mass, source.actuator_gear, target.actuator_gear
+    assert not np.array_equal(both[0], both[1]) or not np.array_equal(both[2], both[3])
     rng = np.random.default_rng(0)
     observations, _ = env.reset()
     for _ in range(10):
@@ -90,9 +96,17 @@ SIZES = {
     "cheetah-front-leg": (18, 6),
     "cheetah-short-legs": (18, 6),
     "cheetah-long-legs": (18, 6),
+    "cheetah-segment": (20, 7),
+    "ball-in-cup-weak-motors": (8, 2),
     "ant-length-mass": (111, 8),
     "ant-leg-emerge": (143, 12),
     "humanoid-length-mass": (376, 17),
+    "adroit-hammer": (46, 26),
+    "adroit-hammer-fingers": (46, 26),
+    "adroit-relocate": (39, 30),
+    "adroit-relocate-fingers": (39, 30),
+    "adroit-door": (39, 28),
+    "adroit-door-fingers": (39, 28),
 }
 
 
@@ -184,6 +198,84 @@ def test_the_emerging_feet_are_the_table(end, ankle, foot, gear):
         assert model.actuator(f"foot_{leg}").gear[0] == gear
         volume = 4 / 3 * np.pi * 0.07**3 + np.pi * 0.07**2 * foot * np.sqrt(2)
         assert model.body(f"foot_{leg}").mass[0] == pytest.approx(5 * volume)
+
+
+@pytest.mark.parametrize(("end", "k"), [(0, 0.02), (1, 1.0)])
+def test_the_emerging_segment_is_the_table(end, k):
+    model = both("cheetah-segment")[end]
+    capsule, joint = model.geom("bsegment"), model.joint("bsegment")
+    np.testing.assert_allclose(capsule.pos, [0, 0, -0.20 * k], atol=1e-12)
+    np.testing.assert_allclose(capsule.quat, [1, 0, 0, 0], atol=1e-12)
+    assert capsule.size[:2] == pytest.approx([0.046 * k, 0.20 * k])
+    np.testing.assert_allclose(np.degrees(joint.range), [-50, 50])
+    assert (joint.stiffness, joint.damping, joint.armature) == (60, 1.5, 0.1)
+    assert model.actuator("bsegment").gear[0] == 30 * k
+    volume = (4 / 3 * np.pi * 0.046**3 + np.pi * 0.046**2 * 0.40) * k**3
+    assert model.body("bsegment").mass[0] == pytest.approx(637 * volume)
+    assert mass("cheetah-segment")[end] == pytest.approx([13.5, 15.45][end], abs=0.05)
+
+
+def test_the_segment_hangs_from_the_tip_of_the_back_foot():
+    model = both("cheetah-segment")[1]
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    foot = data.geom("bfoot")
+    reach = foot.xmat.reshape(3, 3)[:, 2] * model.geom("bfoot").size[1]
+    tip = min(foot.xpos - reach, foot.xpos + reach, key=lambda point: point[2])
+    np.testing.assert_allclose(data.body("bsegment").xpos, tip, atol=1e-6)
+    assert model.geom_bodyid[model.geom("bsegment").id] == model.body("bsegment").id
+
+
+def test_the_segment_touches_the_ground_and_nothing_else():
+    model = both("cheetah-segment")[1]
+    segment = model.geom("bsegment").id
+    answers = [
+        model.geom(other).name
+        for other in range(model.ngeom)
+        if model.geom_contype[segment] & model.geom_conaffinity[other]
+        or model.geom_contype[other] & model.geom_conaffinity[segment]
+    ]
+    assert answers == ["ground"]
+    plain = registry.get("cheetah-front-leg").source().compile()
+    for name in (plain.geom(i).name for i in range(plain.ngeom)):
+        assert model.geom(name).conaffinity == plain.geom(name).conaffinity
+
+
+def test_a_lifted_cheetah_policy_acts_on_the_segment_robot_as_it_did():
+    plain, grown = SpeedTrap(), SpeedTrap()
+    models = registry.get("cheetah-front-leg").source().compile(), both("cheetah-segment")[0]
+    rng = np.random.default_rng(0)
+    policy = Policy(
+        weights={"actor.0.weight": rng.normal(size=(6, 18)), "actor.0.bias": np.zeros(6)},
+        head="tanh",
+    )
+    lifted = policy.lifted(*cheetah_places())
+    data = [mujoco.MjData(model) for model in models]
+    for joint in range(models[0].njnt):
+        name = models[0].joint(joint).name
+        place, speed = rng.normal(size=2)
+        for one in data:
+            one.joint(name).qpos[0], one.joint(name).qvel[0] = place, speed
+    data[1].joint("bsegment").qpos[0] = data[1].joint("bsegment").qvel[0] = 9.0
+    seen = []
+    for task, model, one in zip((plain, grown), models, data):
+        task.bind(model)
+        seen.append(task.observe(RunnerState({"qpos": one.qpos[None], "qvel": one.qvel[None]}))[0])
+    action = dict(zip([models[1].actuator(i).name for i in range(7)], lifted(seen[1])))
+    for i, before in enumerate(policy(seen[0])):
+        assert action.pop(models[0].actuator(i).name) == pytest.approx(before)
+    assert action == {"bsegment": 0}
+
+
+def test_the_cups_motors_lose_half_their_strength_and_nothing_else_changes():
+    source, target = both("ball-in-cup-weak-motors")
+    assert source.actuator_gear[:, 0].tolist() == [5, 5]
+    assert target.actuator_gear[:, 0].tolist() == [2.5, 2.5]
+    evolve = registry.load("ball-in-cup-weak-motors")
+    changed = [name for name, moves in zip(evolve.theta_names, evolve.theta_changed) if moves]
+    assert len(changed) == 3
+    assert [name for name in changed if "gear" not in name] == ["site/motors/size[0] [m]"]
+    assert source.opt.timestep == target.opt.timestep == 0.005
 
 
 def test_every_leg_of_ant_length_mass_changes_its_own_way():

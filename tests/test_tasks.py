@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from revolver_lab.robots import registry
+from revolver_lab.robots.ball_in_cup import ball_in_cup
 from revolver_lab.robots.cheetah import cheetah
+from revolver_lab.robots.cheetah_segment import cheetah_with_segment
 from revolver_lab.tasks.base import normalized_root
+from revolver_lab.tasks.catching import Catch, CupState, Toss
 from revolver_lab.tasks.locomotion import AntRun, HumanoidRun
 from revolver_lab.tasks.running import Dash, RunnerState, SpeedTrap
 
@@ -61,6 +64,19 @@ def test_a_cheetah_of_any_legs_starts_one_centimeter_above_the_ground(factors):
     for seed in range(5):
         data.qpos[:], data.qvel[:] = task.initial_state(model, np.random.default_rng(seed))
         for drop, touches in ((0.0, False), (0.009, False), (0.002, True)):
+            data.qpos[1] -= drop
+            mujoco.mj_forward(model, data)
+            assert any("ground" in _pair(model, c) for c in data.contact) is touches
+
+
+@pytest.mark.parametrize("k", [0.02, 0.5, 1.0])
+def test_a_cheetah_with_a_segment_starts_one_centimeter_above_the_ground(k):
+    model = cheetah_with_segment(k).compile()
+    task = SpeedTrap()
+    data, _ = bound(task, model)
+    for seed in range(3):
+        data.qpos[:], data.qvel[:] = task.initial_state(model, np.random.default_rng(seed))
+        for drop, touches in ((0.009, False), (0.002, True)):
             data.qpos[1] -= drop
             mujoco.mj_forward(model, data)
             assert any("ground" in _pair(model, c) for c in data.contact) is touches
@@ -172,3 +188,72 @@ def test_a_start_has_a_unit_quaternion():
     qpos = normalized_root(np.arange(9.0))
     assert np.linalg.norm(qpos[3:7]) == pytest.approx(1)
     assert qpos[[0, 1, 2, 7, 8]].tolist() == [0, 1, 2, 7, 8]
+
+
+def cups(n, seed=0):
+    """n balls in and around the cup, which is anywhere."""
+    rng = np.random.default_rng(seed)
+    qpos = rng.uniform(-0.3, 0.3, (n, 4))
+    qpos[:, 2:] = qpos[:, :2] + rng.uniform([-0.05, 0.3], [0.05, 0.4], (n, 2))  # cup: 0.35 above
+    return CupState({"qpos": qpos, "qvel": rng.normal(size=(n, 4))})
+
+
+@pytest.mark.parametrize("gear", [5.0, 2.5])
+@pytest.mark.filterwarnings("ignore")
+def test_the_ball_is_caught_where_dm_controls_in_target_says_so(gear):
+    from dm_control.suite import ball_in_cup as theirs
+
+    physics = theirs.Physics.from_xml_string(*theirs.get_model_and_assets())
+    task = Catch()
+    task.bind(ball_in_cup(gear).compile())
+    robot = cups(500)
+    expected = []
+    for qpos in robot.qpos:
+        physics.data.qpos[:] = qpos
+        mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
+        expected.append(physics.in_target())
+    assert task.reward(robot, None).tolist() == expected
+    assert 50 < sum(expected) < 450
+
+
+def test_the_toss_pays_the_catch_and_half_the_height_below_the_rim():
+    catch, toss = Catch(), Toss()
+    for task in (catch, toss):
+        task.bind(ball_in_cup(5.0).compile())
+    robot = cups(4)
+    cup_z = robot.qpos[:, 1]
+    below = np.array([0.4, 0.3, 0.15, 0.0])  # of the rim, which is 0.4 m above the ball's place
+    robot.qpos[:, 3] = cup_z + 0.4 - below
+    height = toss.reward(robot, None) - catch.reward(robot, None)
+    np.testing.assert_allclose(height, [0, 0, 0.25, 0.5], atol=1e-12)
+    robot.qpos[:, 3] += 1.0
+    np.testing.assert_allclose(toss.reward(robot, None), [0.5] * 4)
+
+
+def test_the_cups_player_sees_positions_times_three_and_velocities_times_three_tenths():
+    task, robot = Toss(), cups(3)
+    task.bind(ball_in_cup(5.0).compile())
+    seen = task.observe(robot)
+    np.testing.assert_allclose(seen, np.hstack([3 * robot.qpos, 0.3 * robot.qvel]))
+    assert task.observation_size == seen.shape[1] == 8
+    assert task.step_seconds * task.episode_steps == pytest.approx(4)
+
+
+def test_the_ball_starts_below_the_cup_on_a_slack_string_at_rest():
+    model = ball_in_cup(5.0).compile()
+    task = Catch()
+    data, robot = bound(task, model)
+    below, aside = [], []
+    for seed in range(50):
+        data.qpos[:], data.qvel[:] = task.initial_state(model, np.random.default_rng(seed))
+        mujoco.mj_forward(model, data)
+        apart = data.site("cup").xpos - data.body("ball").xpos
+        below.append(apart[2])
+        aside.append(abs(apart[0]))
+        assert data.ncon == 0
+        assert data.ten_length[0] < 0.15 < model.tendon_range[0, 1]
+        assert not data.qvel.any()
+        assert not task.reward(robot, None).any()
+    assert 0.07 <= min(below) < 0.08
+    assert 0.09 < max(below) <= 0.10
+    assert max(aside) <= 0.02

@@ -7,6 +7,9 @@ import mujoco
 
 from revolver_lab.errors import MissingExtraError, RobotFileError
 
+SKY = 100
+"""Edge of a suite robot's skybox [pixels]."""
+
 
 def installed_file(package: str, path: str) -> Path:
     """Return the path of a file that an installed package ships.
@@ -62,3 +65,14 @@ def feel_contacts(spec: mujoco.MjSpec, body: str) -> None:
         objtype=mujoco.mjtObj.mjOBJ_BODY,
         objname=body,
     )
+
+
+def shrink_sky(spec: mujoco.MjSpec) -> None:
+    """Make the suite's skybox small; its 800 pixels take 0.2 s and 11 MB in every compile.
+
+    Args:
+        spec: A robot of dm_control's suite, changed in place.
+    """
+    sky = spec.texture("skybox")
+    sky.width = sky.height = SKY
+    sky.mark = mujoco.mjtMark.mjMARK_NONE  # stars of so few pixels would be snowballs

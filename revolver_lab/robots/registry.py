@@ -20,6 +20,8 @@ RECORDS = {
     "cheetah-front-leg": "revolver_lab.robots.cheetah:FRONT_LEG",
     "cheetah-short-legs": "revolver_lab.robots.cheetah:SHORT_LEGS",
     "cheetah-long-legs": "revolver_lab.robots.cheetah:LONG_LEGS",
+    "cheetah-segment": "revolver_lab.robots.cheetah_segment:SEGMENT",
+    "ball-in-cup-weak-motors": "revolver_lab.robots.ball_in_cup:WEAK_MOTORS",
     "ant-length-mass": "revolver_lab.robots.ant:LENGTH_MASS",
     "ant-leg-emerge": "revolver_lab.robots.ant:LEG_EMERGE",
     "humanoid-length-mass": "revolver_lab.robots.humanoid:LENGTH_MASS",
