@@ -100,6 +100,13 @@ class Recorder:
         return self._due
 
     @property
+    def recent_return(self) -> float:
+        """Mean unshaped return of the latest episodes, as trained; nan before the first."""
+        if self._returns or not self.phases:
+            return _mean(self._returns[-8:])
+        return self.phases[-1].episode_return
+
+    @property
     def evaluated_last(self) -> bool:
         """Whether the policy has been evaluated since its last step."""
         return bool(self.evaluations) and self.evaluations[-1].steps == self.steps

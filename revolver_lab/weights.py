@@ -29,11 +29,14 @@ def save_weights(
     return write_atomically(path, save(arrays, metadata={**metadata, "digest": digest(arrays)}))
 
 
-def load_weights(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+def load_weights(
+    path: str | Path, *, largest: int = _LARGEST_FILE
+) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     """Reads what `save_weights` wrote.
 
     Args:
         path: The file.
+        largest: A larger file is refused [bytes].
 
     Returns:
         Arrays by name, and the metadata.
@@ -46,8 +49,8 @@ def load_weights(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, str
 
     path = Path(path)
     try:
-        if path.stat().st_size > _LARGEST_FILE:
-            raise refusal(path, f"is larger than {_LARGEST_FILE} bytes")
+        if path.stat().st_size > largest:
+            raise refusal(path, f"is larger than {largest} bytes")
         content = path.read_bytes()
     except OSError as error:
         raise refusal(path, f"cannot be read ({error.strerror})") from error

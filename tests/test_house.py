@@ -32,6 +32,7 @@ LAYERS = [
     ["population"],
     ["transferring"],
     ["experts"],
+    ["runs"],
     ["exercises"],
     ["lab"],
     ["demo", "cli"],

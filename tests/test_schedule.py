@@ -81,10 +81,21 @@ def test_settings_that_cannot_work_are_refused_by_name(settings, text):
 
 def test_a_phase_shorter_than_an_episode_is_refused():
     with pytest.raises(SettingsError, match="shorter than an episode"):
-        Schedule(episodes_per_phase=7).check(simulations=8)
+        Schedule(episodes_per_phase=7).check(simulations=8, episode_steps=200)
     with pytest.raises(SettingsError, match="shorter than an episode"):
-        Schedule(episodes_per_phase=8, final_episodes=2).check(simulations=8)
-    Schedule(episodes_per_phase=8).check(simulations=8)
+        Schedule(episodes_per_phase=8, final_episodes=2).check(simulations=8, episode_steps=200)
+    Schedule(episodes_per_phase=8).check(simulations=8, episode_steps=200)
+
+
+def test_a_phase_counted_in_steps_ends_after_them_and_is_not_shorter_than_an_episode():
+    schedule = Schedule(phase_steps=1600, final_episodes=8)
+    schedule.check(simulations=8, episode_steps=200)
+    assert not schedule.phase_over(0.2, [], [], steps=1599)
+    assert schedule.phase_over(0.2, [], [], steps=1600)
+    assert not schedule.phase_over(1.0, [1.0] * 7, [], steps=9999)  # the last counts episodes
+    with pytest.raises(SettingsError, match="shorter than an episode"):
+        Schedule(phase_steps=1599).check(simulations=8, episode_steps=200)
+    Schedule(phase_steps=1599, short_phases=True).check(simulations=8, episode_steps=200)
 
 
 def test_a_fixed_phase_ends_after_its_episodes_whatever_they_return():

@@ -110,6 +110,16 @@ class LearnerSettings:
                    for k, v in self.options.items()}  # fmt: skip
         return {**plain, "algorithm": self.name, "hidden": list(self.hidden), "options": options}
 
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> "LearnerSettings":
+        """Reads settings back.
+
+        Example:
+            >>> LearnerSettings.from_json(LearnerSettings(hidden=(8,)).to_json()).hidden
+            (8,)
+        """
+        return cls(**{**value, "hidden": tuple(value["hidden"])})
+
 
 def _require(holds: bool, name: str, value: Any, allowed: str) -> None:
     """Raises SettingsError unless a setting holds."""
