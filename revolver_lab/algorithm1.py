@@ -103,7 +103,7 @@ class Algorithm1:
 
     def tick(self) -> None:
         """Takes one step of every simulation and one update of every learner (17 to 25)."""
-        for p in np.flatnonzero(~self.over):
+        for p in np.flatnonzero(~self.over).tolist():
             self._progress(p)
         if self.over.all():
             return
@@ -117,7 +117,7 @@ class Algorithm1:
         ended = moved & (terminated | truncated)
         self._count(moved, ended, info)
         self._state, self._running = following, ~ended
-        for p in np.flatnonzero(self.learner.broken & ~self.over):
+        for p in np.flatnonzero(self.learner.broken & ~self.over).tolist():
             self._stop(p, "its numbers are no longer finite")
 
     def _progress(self, p: int) -> None:
@@ -142,11 +142,12 @@ class Algorithm1:
     def _count(self, moved: np.ndarray, ended: np.ndarray, info: dict[str, Any]) -> None:
         """Tells each log what happened, and plays the evaluations that are due."""
         steps = np.bincount(self.owner, moved).astype(int)
-        for p in np.flatnonzero(steps):
+        moving = np.flatnonzero(steps).tolist()
+        for p in moving:
             log, mine = self.logs[p], ended & (self.owner == p) if ended.any() else ended
             returns = info["episode"]["r"][mine] if mine.any() else np.empty(0)
             log.count(self.alpha(p), int(steps[p]), returns, info["alpha"][mine])
-        self.evaluate([p for p in np.flatnonzero(steps) if self.logs[p].evaluation_due])
+        self.evaluate([p for p in moving if self.logs[p].evaluation_due])
 
     def evaluate(self, learners: Sequence[int]) -> None:
         """Evaluates some learners on the target, side by side."""

@@ -117,7 +117,7 @@ class Population:
         ends = np.array([self.members[p].method.schedule.alphas[-1] for p in learners])
         found = np.empty((len(learners), self._episodes))
         for end in np.unique(ends):
-            some = np.flatnonzero(ends == end)
+            some = np.flatnonzero(ends == end).tolist()
             found[some] = evaluate_each(
                 [policies[i] for i in some], self.env.evolve, end, self._episodes,
                 [EVALUATION_SEEDS + self.members[learners[i]].seed for i in some],

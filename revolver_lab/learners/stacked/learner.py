@@ -144,13 +144,13 @@ class StackedLearner:
         due = learning & (self.updates % self.settings.policy_delay == 0)
         masks = [torch.as_tensor(mask[:, None], device=device) for mask in (learning, due)]
         update = self._update or self.algorithm.update
-        finite = update(batch, *masks, bool(due.any()))
+        finite = update(batch, masks[0], masks[1], bool(due.any()))
         self.broken |= learning & ~finite.squeeze(1).cpu().numpy()
 
     def _weights(self, places: np.ndarray, learning: np.ndarray) -> np.ndarray:
         """Returns what the sampled rewards are multiplied with, (P, B) (line 22, equation 5)."""
         weights = np.ones(places.shape)
-        for p in np.flatnonzero(learning):
+        for p in np.flatnonzero(learning).tolist():
             schedule = self.members[p].method.schedule
             if schedule.shaping:
                 betas = self.replay.betas[p, places[p]]

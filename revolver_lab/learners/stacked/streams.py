@@ -72,7 +72,7 @@ class Streams:
         """
         places = np.zeros((len(self.seeds), size), dtype=int)
         noise = np.zeros((2, len(self.seeds), size, action_size), np.float32)
-        for p in np.flatnonzero(learning):
+        for p in np.flatnonzero(learning).tolist():
             places[p] = replay.draw(p, size, self._sample[p])
             noise[:, p] = self._sample[p].standard_normal((2, size, action_size), np.float32)
         return places, noise

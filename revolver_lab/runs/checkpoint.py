@@ -1,0 +1,52 @@
+"""Checkpoints of a population: written whole or not at all, the one before kept beside it."""
+
+import json
+import os
+from pathlib import Path
+
+from revolver_lab.errors import PolicyFileError
+from revolver_lab.population import Population
+from revolver_lab.weights import load_weights, save_weights
+
+_NEXT, _LATEST, _PREVIOUS = (f"checkpoint{word}.safetensors" for word in ("-next", "", "-previous"))
+_LARGEST = 1 << 36  # bytes
+
+
+def save(population: Population, folder: Path) -> None:
+    """Writes a checkpoint.
+
+    The new file is complete before the old one is touched: a process killed at any moment, or a
+    full disk, leaves one to resume from.
+
+    Args:
+        population: Between two ticks.
+        folder: Where it goes.
+
+    Raises:
+        OSError: If it cannot be written; what was there is still there.
+    """
+    arrays, plain = population.state()
+    save_weights(folder / _NEXT, arrays, {"plain": json.dumps(plain)})
+    if (folder / _LATEST).exists():
+        os.replace(folder / _LATEST, folder / _PREVIOUS)
+    os.replace(folder / _NEXT, folder / _LATEST)
+
+
+def restore(population: Population, folder: Path) -> bool:
+    """Puts the latest intact checkpoint back into a population.
+
+    Args:
+        population: Made from the same plan.
+        folder: Where checkpoints are.
+
+    Returns:
+        Whether there was one; if not, the population begins at its beginning.
+    """
+    for name in (_NEXT, _LATEST, _PREVIOUS):
+        try:
+            arrays, metadata = load_weights(folder / name, largest=_LARGEST)
+        except PolicyFileError:  # missing or torn: the one before it will do
+            continue
+        population.restore(arrays, json.loads(metadata["plain"]))
+        return True
+    return False

@@ -1,0 +1,143 @@
+"""What a run is asked to do, as data; its hash is the name of the run's folder."""
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from revolver_lab.errors import SettingsError
+from revolver_lab.experts import load_expert
+from revolver_lab.learners.settings import COURSE, LearnerSettings
+from revolver_lab.methods import Member, Method, members, method
+from revolver_lab.policies import Policy
+from revolver_lab.preflight import check_evaluations, check_steps
+from revolver_lab.robots import registry
+from revolver_lab.weights import digest
+
+FORMAT = 1
+"""Of a run's folder; another number is another layout of files."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Plan:
+    """A population to be trained: methods times seeds on one registered evolution.
+
+    Attributes:
+        robot: Registered name.
+        methods: What is compared; names are looked up in `revolver_lab.methods`.
+        seeds: Seeds of every method.
+        steps: Environment steps of each learner [steps].
+        learner: Networks and rates, shared by all.
+        task: The reward, by its name; None is the robot's first.
+        evaluate_every: Environment steps between evaluations on the target [steps]; 0 is only
+            at the end.
+        evaluate_episodes: Episodes of an evaluation.
+        expert: Hash of the weights that methods with an expert begin with; by default those of
+            the shipped expert, which is put in here.
+
+    Raises:
+        UnknownNameError: If there is no such robot, task or method.
+        SettingsError: If something cannot work.
+        PolicyFileError: If a method needs an expert and none is shipped.
+
+    Example:
+        >>> plan = Plan(robot="cheetah-front-leg", methods=["direct", "revolver"], seeds=range(5))
+        >>> len(plan.members), plan == Plan.from_json(plan.to_json())
+        (10, True)
+    """
+
+    robot: str
+    methods: Sequence[Method | str]
+    seeds: Sequence[int]
+    steps: int = 72_000
+    learner: LearnerSettings = COURSE
+    task: str | None = None
+    evaluate_every: int = 24_000
+    evaluate_episodes: int = 10
+    expert: str | None = None
+
+    def __post_init__(self) -> None:
+        """Looks names up, and refuses what cannot work before anything is trained."""
+        chosen = tuple(method(m) if isinstance(m, str) else m for m in self.methods)
+        task = registry.get(self.robot).make_task(self.task)
+        object.__setattr__(self, "methods", chosen)
+        object.__setattr__(self, "seeds", tuple(int(seed) for seed in self.seeds))
+        object.__setattr__(self, "task", self.task or next(iter(registry.get(self.robot).tasks)))
+        check_evaluations(self.evaluate_every, self.evaluate_episodes)
+        if self.evaluate_episodes < 1 or not isinstance(self.steps, int):
+            raise SettingsError(
+                f"steps = {self.steps!r}, evaluate_episodes = {self.evaluate_episodes}",
+                "a whole number of steps, and 1 episode or more", "Ask for 72,000 and 10.",
+            )  # fmt: skip
+        for chosen_method in chosen:
+            schedule = chosen_method.schedule
+            schedule.check(self.learner.simulations, task.episode_steps)
+            check_steps(self.steps, schedule, self.learner.simulations, task.episode_steps)
+        self._require_population()
+        if self.expert is None and any(m.expert for m in chosen):
+            object.__setattr__(self, "expert", digest(load_expert(self.robot).weights))
+
+    def _require_population(self) -> None:
+        """Refuses learners that cannot be told apart, or trained side by side."""
+        if len(self.members) > 1 and not self.learner.stacks:
+            raise SettingsError(
+                f"{len(self.members)} learners with {self.learner.name} of stable-baselines3",
+                "SAC or TD3 of the stacked engine", "Train them one at a time by rvl.transfer.",
+            )  # fmt: skip
+
+    @property
+    def members(self) -> tuple[Member, ...]:
+        """Returns the learners."""
+        return members(self.methods, self.seeds)
+
+    @property
+    def name(self) -> str:
+        """Returns the name of the run's folder: the robot, and a hash of everything asked for."""
+        text = json.dumps(self.to_json(), sort_keys=True)
+        return f"{self.robot}-{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+
+    def to_json(self) -> dict[str, Any]:
+        """Returns the plan as plain JSON values."""
+        plain = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return plain | {
+            "format": FORMAT, "methods": [method(m).to_json() if isinstance(m, str) else m.to_json()
+                                          for m in self.methods],
+            "seeds": list(self.seeds), "learner": self.learner.to_json(),
+        }  # fmt: skip
+
+    @classmethod
+    def from_json(cls, value: Any, *, path: str = "a plan") -> "Plan":
+        """Reads a plan back.
+
+        Args:
+            value: What `to_json` returned.
+            path: The file it came from, for the message.
+
+        Raises:
+            SettingsError: If it is of another version, or no plan.
+        """
+        known = {field.name for field in dataclasses.fields(cls)} | {"format"}
+        if not isinstance(value, Mapping) or value.get("format") != FORMAT or set(value) != known:
+            found = value.get("format") if isinstance(value, Mapping) else type(value).__name__
+            raise SettingsError(f"{path} of format {found!r}", f"format {FORMAT}, with the fields "
+                                f"{sorted(known)}", "It was written by another version of "
+                                "revolver_lab: train it again with this one.")  # fmt: skip
+        given = {name: item for name, item in value.items() if name != "format"}
+        return cls(**{
+            **given, "methods": [Method.from_json(m) for m in value["methods"]],
+            "learner": LearnerSettings.from_json(value["learner"]),
+        })  # fmt: skip
+
+    def check_expert(self, expert: Policy) -> Policy:
+        """Returns the expert if it is the one that was planned with.
+
+        Raises:
+            SettingsError: If it is another.
+        """
+        if self.expert not in (None, digest(expert.weights)):
+            raise SettingsError(
+                "an expert of other weights", f"weights with the hash {self.expert}",
+                "The expert has changed since: make a new plan.",
+            )  # fmt: skip
+        return expert

@@ -1,0 +1,219 @@
+"""What the learners of a run came to, read from its tables; several runs can be put together."""
+
+import csv
+import dataclasses
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from revolver_lab.errors import SettingsError
+from revolver_lab.files import asset_folder
+from revolver_lab.methods import method as method_named
+from revolver_lab.policies import Policy
+from revolver_lab.runs import store
+from revolver_lab.stats import Cost
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class LearnerResult:
+    """One learner; every return is unshaped.
+
+    Attributes:
+        method: Name of its method.
+        seed: Its seed.
+        returns: Of the last evaluation on the target, (episodes,).
+        steps: Environment steps of the evaluations, (K,) [steps].
+        curve: Mean return of each evaluation, (K,).
+        phases: One dictionary a phase, see `revolver_lab.logs.Phase`.
+        cost: What it cost, its expert not counted.
+        failure: Why it was stopped before its end, or "".
+        folder: The run that it belongs to.
+    """
+
+    method: str
+    seed: int
+    returns: np.ndarray
+    steps: np.ndarray
+    curve: np.ndarray
+    phases: tuple[dict[str, float], ...]
+    cost: Cost
+    failure: str
+    folder: Path
+
+    def policy(self) -> Policy:
+        """Loads its policy.
+
+        Raises:
+            PolicyFileError: If it was not kept.
+        """
+        return Policy.load(self.folder / store.POLICIES / f"{self.method}-{self.seed}.safetensors")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Results:
+    """Learners of one robot, task and setting, of one run or of several.
+
+    Attributes:
+        robot: Name of the evolution.
+        learners: What each came to.
+        expert_steps: Environment steps that the expert cost [steps].
+        commands: The commands that train them again.
+    """
+
+    robot: str
+    learners: tuple[LearnerResult, ...]
+    expert_steps: int
+    commands: tuple[str, ...]
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Returns the names of the methods, in order."""
+        return tuple(dict.fromkeys(one.method for one in self.learners))
+
+    def of(self, method: str) -> tuple[LearnerResult, ...]:
+        """Returns the learners of a method, by seed.
+
+        Raises:
+            SettingsError: If there are none.
+        """
+        found = sorted((one for one in self.learners if one.method == method),
+                       key=lambda one: one.seed)  # fmt: skip
+        if not found:
+            raise SettingsError(f"method {method!r}", f"one of {self.methods}",
+                                "Train it, or ask for another.")  # fmt: skip
+        return tuple(found)
+
+    def seeds(self, method: str) -> tuple[int, ...]:
+        """Returns the seeds of a method."""
+        return tuple(one.seed for one in self.of(method))
+
+    def finals(self, method: str) -> np.ndarray:
+        """Returns the returns on the target at the end, (seeds, episodes)."""
+        return np.stack([one.returns for one in self.of(method)])
+
+    def scores(self, methods: Iterable[str] | None = None) -> dict[str, np.ndarray]:
+        """Returns the mean return of every learner at the end: method -> (seeds,)."""
+        return {name: self.finals(name).mean(axis=1) for name in methods or self.methods}
+
+    def curve(self, method: str) -> tuple[np.ndarray, np.ndarray]:
+        """Returns steps, (K,), and mean returns on the target, (seeds, K)."""
+        some = self.of(method)
+        return some[0].steps, np.stack([one.curve for one in some])
+
+    def kept(self, method: str) -> np.ndarray:
+        """Returns what each cleaning left in the replay, (seeds, phases) [transitions]."""
+        return np.array([[phase["kept"] for phase in one.phases] for one in self.of(method)])
+
+    @property
+    def cost(self) -> Cost:
+        """Returns what all of it cost: training, evaluations, and the expert once."""
+        total = Cost(steps=0, seconds=0.0, expert_steps=self.expert_steps)
+        for one in self.learners:
+            total = total + one.cost
+        return total
+
+    def select(self, methods: Sequence[str], seeds: Iterable[int] | None = None) -> "Results":
+        """Returns some of the learners.
+
+        Args:
+            methods: Which methods, in the order wanted.
+            seeds: Which seeds; None takes all.
+        """
+        wanted = None if seeds is None else {*seeds}
+        some = [one for name in methods for one in self.of(name)
+                if wanted is None or one.seed in wanted]  # fmt: skip
+        return dataclasses.replace(self, learners=tuple(some))
+
+
+def read_results(folder: Path) -> Results:
+    """Reads a finished run.
+
+    Args:
+        folder: The run's.
+
+    Raises:
+        SettingsError: If it is not finished, torn, or of another version.
+    """
+    card = store.read_json(folder / store.CARD)
+    phases, evaluations = (_rows(folder / name) for name in (store.PHASES, store.EVALUATIONS))
+    learners = [
+        _learner(row, phases, evaluations, folder) for row in _rows(folder / store.LEARNERS)
+    ]
+    return Results(robot=store.read_plan(folder).robot, learners=tuple(learners),
+                   expert_steps=int(card["expert_steps"]), commands=(card["command"],))  # fmt: skip
+
+
+def _learner(
+    row: dict[str, str], phases: list[dict[str, str]], evaluations: list[dict[str, str]],
+    folder: Path,
+) -> LearnerResult:  # fmt: skip
+    """Puts one learner together from the tables."""
+
+    def mine(rows: list[dict[str, str]]) -> list[dict[str, str]]:
+        return [r for r in rows if (r["method"], r["seed"]) == (row["method"], row["seed"])]
+
+    played = [np.array(r["returns"].split(), dtype=float) for r in mine(evaluations)]
+    numbers = [{k: float(v or "nan") for k, v in r.items() if k not in ("method", "seed")}
+               for r in mine(phases)]  # fmt: skip
+    return LearnerResult(
+        method=row["method"], seed=int(row["seed"]), returns=played[-1],
+        steps=np.array([int(r["steps"]) for r in mine(evaluations)]),
+        curve=np.array([returns.mean() for returns in played]), phases=tuple(numbers),
+        cost=Cost(steps=int(row["steps"]), seconds=float(row["wall_time"]),
+                  evaluation_steps=int(row["evaluation_steps"])),
+        failure=row["failure"], folder=folder,
+    )  # fmt: skip
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    """Reads a table."""
+    try:
+        with open(path, newline="") as file:
+            return [*csv.DictReader(file)]
+    except OSError as problem:
+        raise SettingsError(f"{path}, which cannot be read", "the table of a finished run",
+                            "Restore it, or train again.") from problem  # fmt: skip
+
+
+def recorded(robot: str, methods: Sequence[str] | None = None, *, folder: Path | None = None,
+             settings: dict[str, Any] | None = None) -> Results:  # fmt: skip
+    """Returns the recorded learners of a robot, of all its recorded runs together.
+
+    Args:
+        robot: Registered name.
+        methods: Which methods, in the order wanted; None takes all.
+        folder: Where recorded runs are; None is those that are shipped.
+        settings: What else the plans have to agree on, field by field; by default the course's.
+
+    Raises:
+        SettingsError: If nothing is recorded, or a method is not.
+
+    Example:
+        >>> recorded("cheetah-front-leg", ["direct", "revolver"]).methods
+        ('direct', 'revolver')
+    """
+    from revolver_lab.runs.plan import Plan
+
+    home = folder or asset_folder("results")
+    usual = Plan(robot=robot, methods=["scratch"], seeds=[0])
+    wanted = {"steps": usual.steps, "learner": usual.learner} | (settings or {})
+    found: list[Results] = []
+    for path in sorted(home.glob(f"{robot}-*/{store.CARD}")):
+        plan = store.read_plan(path.parent)
+        if plan.robot == robot and all(getattr(plan, k) == v for k, v in wanted.items()):
+            found.append(read_results(path.parent))
+    if not found:
+        raise SettingsError(f"no recorded run of {robot!r} in {home}", "a run that was recorded",
+                            "Train one: revolver-lab transfer.")  # fmt: skip
+    merged = _merge(found)
+    return merged.select([method_named(m).name for m in methods]) if methods else merged
+
+
+def _merge(found: list[Results]) -> Results:
+    """Puts runs together; a learner that is in several is taken once."""
+    learners = {(one.method, one.seed): one for results in found for one in results.learners}
+    return Results(robot=found[0].robot, learners=tuple(learners.values()),
+                   expert_steps=max(results.expert_steps for results in found),
+                   commands=tuple(c for results in found for c in results.commands))  # fmt: skip

@@ -1,0 +1,221 @@
+"""A run: asked for by a plan, found again if it is there, trained in worker processes."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from revolver_lab.errors import SettingsError
+from revolver_lab.experts import load_expert
+from revolver_lab.files import asset_folder, write_json
+from revolver_lab.policies import Policy
+from revolver_lab.runs import store
+from revolver_lab.runs.claim import is_claimed
+from revolver_lab.runs.collecting import collect
+from revolver_lab.runs.plan import Plan
+from revolver_lab.runs.results import Results, read_results
+from revolver_lab.runs.status import LearnerStatus, Status, read
+
+ROOT = Path("out/runs")
+"""Where runs are kept, below the folder one works in."""
+
+PROCESSES = 2
+"""Workers of a run: two of one thread each keep two cores busier than one of two threads."""
+
+
+class Run:
+    """A population in a folder: configuration, curves, policies and a card.
+
+    The folder's name is a hash of the plan, so that asking for the same thing again finds it,
+    whether it is finished, stopped or running, and whether it was trained here or is shipped.
+
+    Args:
+        plan: What to train.
+        root: Where the folder is, or goes.
+        expert: What methods with an expert begin with; None is the shipped one.
+
+    Attributes:
+        folder: The run's folder.
+
+    Example:
+        >>> plan = Plan(robot="cheetah-front-leg", methods=["scratch"], seeds=[0])
+        >>> Run(plan, root="no/such/folder").status().state
+        'new'
+    """
+
+    def __init__(self, plan: Plan, *, root: str | Path = ROOT, expert: Policy | None = None):
+        self.plan, self._expert = plan, expert
+        shipped = asset_folder("results") / plan.name
+        here = Path(root) / plan.name
+        ready = (shipped / store.CARD).exists() and not here.exists()
+        self.folder = shipped if ready else here
+        if (self.folder / store.CONFIG).exists():
+            store.read_plan(self.folder)  # refuses a folder of another version
+        self._workers: list[subprocess.Popen] = []
+
+    @classmethod
+    def open(cls, folder: str | Path) -> "Run":
+        """Returns the run of an existing folder.
+
+        Raises:
+            SettingsError: If it holds no run, or one of another version.
+        """
+        folder = Path(folder)
+        run = cls(store.read_plan(folder), root=folder.parent)
+        run.folder = folder
+        return run
+
+    def start(self, *, processes: int = PROCESSES, every: float = 60.0) -> "Run":
+        """Trains in the background, from where it was stopped; returns at once.
+
+        Args:
+            processes: Workers; fixed by the first start, as each keeps its own checkpoints.
+            every: Seconds between checkpoints [s].
+
+        Raises:
+            SettingsError: If the expert is not the planned one.
+        """
+        if processes < 1 or every <= 0:
+            raise SettingsError(
+                f"processes = {processes}, every = {every}",
+                "1 process or more, and a positive time", "Leave them out.",
+            )  # fmt: skip
+        if self.status().state in ("finished", "running"):
+            return self
+        self._prepare(min(processes, len(self.plan.members)))
+        (self.folder / store.STOP).unlink(missing_ok=True)
+        for shard in range(store.count_shards(self.folder)):
+            work = store.shard_folder(self.folder, shard)
+            (work / store.FAILED).unlink(missing_ok=True)
+            if not (work / store.DONE).exists():
+                self._workers.append(self._spawn(shard, every))
+        return self
+
+    def _prepare(self, processes: int) -> None:
+        """Makes the folder; what is there stays."""
+        write_json(self.folder / store.CONFIG, self.plan.to_json())
+        if self.plan.expert is not None and not (self.folder / store.EXPERT).exists():
+            expert = self._expert or load_expert(self.plan.robot)
+            self.plan.check_expert(expert).save(self.folder / store.EXPERT)
+        if store.count_shards(self.folder) == 0:
+            for shard in range(processes):
+                store.shard_folder(self.folder, shard).mkdir(parents=True, exist_ok=True)
+            write_json(self.folder / store.SHARDS, {"shards": processes})
+
+    def _spawn(self, shard: int, every: float) -> subprocess.Popen:
+        """Starts one worker; it has one thread, and outlives an interrupted cell."""
+        work = store.shard_folder(self.folder, shard)
+        command = [sys.executable, "-m", "revolver_lab.runs.worker", str(self.folder), str(shard),
+                   "--every", str(every)]  # fmt: skip
+        with open(work / store.LOG, "a") as log:
+            return subprocess.Popen(
+                command, stdout=log, stderr=log, stdin=subprocess.DEVNULL, start_new_session=True,
+                env=os.environ | {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"},
+            )  # fmt: skip
+
+    def stop(self, *, patience: float = 30.0) -> "Run":
+        """Asks the workers to write a checkpoint and end, and waits for them.
+
+        Args:
+            patience: How long to wait [s].
+        """
+        if self.status().state == "running":
+            (self.folder / store.STOP).touch()
+            until = time.monotonic() + patience
+            while self.status().state == "running" and time.monotonic() < until:
+                time.sleep(0.1)
+        return self
+
+    def wait(
+        self, *, progress: Callable[[Status], None] | None = None, every: float = 0.5
+    ) -> Results:
+        """Waits for the end and returns the results; interrupting it stops the run, safely.
+
+        Args:
+            progress: Called with the status now and then.
+            every: Seconds between looks [s].
+
+        Raises:
+            SettingsError: If a worker failed, or the run was stopped.
+        """
+        try:
+            while (now := self.status()).state == "running":
+                if progress is not None:
+                    progress(now)
+                time.sleep(every)
+        except KeyboardInterrupt:
+            self.stop()
+            raise
+        if progress is not None:
+            progress(now)
+        return self.results()
+
+    def status(self) -> Status:
+        """Looks at the folder, and returns how the run is doing."""
+        planned = self.plan.steps * len(self.plan.members)
+        if (self.folder / store.CARD).exists():
+            return Status(state="finished", learners=self._last_words(), steps=planned,
+                          steps_planned=planned, seconds=self._seconds())  # fmt: skip
+        shards = [
+            store.shard_folder(self.folder, s) for s in range(store.count_shards(self.folder))
+        ]
+        told = [read(work / store.PROGRESS) for work in shards]
+        learners = tuple(one for some, _ in told for one in some)
+        failures = [store.read_json(w / store.FAILED)["message"] for w in shards
+                    if (w / store.FAILED).exists()]  # fmt: skip
+        messages = failures or [str(said["message"]) for _, said in told if said.get("message")]
+        return Status(
+            state=self._state(shards, bool(failures)), learners=self._ordered(learners),
+            steps=sum(one.steps for one in learners), steps_planned=planned,
+            seconds=max((float(said.get("seconds", 0.0)) for _, said in told), default=0.0),
+            message=" ".join(dict.fromkeys(messages)),
+        )  # fmt: skip
+
+    def _ordered(self, learners: Sequence[LearnerStatus]) -> tuple[LearnerStatus, ...]:
+        """Puts learners in the order of the plan."""
+        place = {member.name: i for i, member in enumerate(self.plan.members)}
+        return tuple(sorted(learners, key=lambda one: place[f"{one.method}-{one.seed}"]))
+
+    def _state(self, shards: Sequence[Path], failed: bool) -> str:
+        """Says in a word how an unfinished run is."""
+        if not shards:
+            return "new"
+        if all((work / store.DONE).exists() for work in shards):
+            collect(self.folder, self.plan)
+            return "finished"
+        self._workers = [worker for worker in self._workers if worker.poll() is None]
+        if self._workers or any(is_claimed(work) for work in shards):
+            return "running"
+        return "failed" if failed else "stopped"
+
+    def _last_words(self) -> tuple[LearnerStatus, ...]:
+        """Returns the learners of a finished run, as a status."""
+        return tuple(LearnerStatus(
+            method=one.method, seed=one.seed, alpha=one.phases[-1]["alpha"],
+            phase=len(one.phases) - 1, phases=len(one.phases), steps=one.cost.steps,
+            episode_return=one.phases[-1]["episode_return"],
+            evaluations=tuple(zip(one.steps.tolist(), one.curve.tolist())), over=True,
+            failure=one.failure,
+        ) for one in read_results(self.folder).learners)  # fmt: skip
+
+    def _seconds(self) -> float:
+        """Returns how long a finished run took, by the clock on the wall."""
+        return float(store.read_json(self.folder / store.CARD)["wall_time"])
+
+    def results(self) -> Results:
+        """Returns what the learners came to.
+
+        Raises:
+            SettingsError: If the run is not finished; it says how far it is.
+        """
+        now = self.status()
+        if now.state != "finished":
+            remedy = {
+                "new": "Start it: run.start().", "running": "Wait for it: run.wait().",
+                "stopped": "Resume it: run.start().", "failed": now.message,
+            }[now.state]  # fmt: skip
+            raise SettingsError(f"a run that is {now.state}, at {now.fraction:.0%}",
+                                "a finished run", remedy)  # fmt: skip
+        return read_results(self.folder)

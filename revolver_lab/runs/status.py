@@ -1,0 +1,110 @@
+"""How a run is doing: one record a learner, written by the workers and read by everybody."""
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from revolver_lab.population import Population
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class LearnerStatus:
+    """How far one learner is.
+
+    Attributes:
+        method: Name of its method.
+        seed: Its seed.
+        alpha: alpha of its phase.
+        phase: k, from 0.
+        phases: Number of phases.
+        steps: Environment steps so far [steps].
+        episode_return: Mean unshaped return of its latest phase's episodes, as trained, on the
+            robots E(beta); None before the first.
+        evaluations: Steps and mean unshaped return on the target, of each evaluation so far.
+        over: Whether it has come to its end.
+        failure: Why it was stopped before, or "".
+    """
+
+    method: str
+    seed: int
+    alpha: float
+    phase: int
+    phases: int
+    steps: int
+    episode_return: float | None
+    evaluations: tuple[tuple[int, float], ...]
+    over: bool
+    failure: str
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Status:
+    """How a run is doing.
+
+    Attributes:
+        state: "new", "running", "stopped", "finished", or "failed".
+        learners: One record each; empty while the run is new.
+        steps: Environment steps of all learners so far [steps].
+        steps_planned: Those of the whole run [steps].
+        seconds: Training time so far, of the worker that has worked longest [s].
+        message: What went wrong, or "".
+    """
+
+    state: str
+    learners: tuple[LearnerStatus, ...]
+    steps: int
+    steps_planned: int
+    seconds: float
+    message: str = ""
+
+    @property
+    def seconds_left(self) -> float:
+        """Returns the expected time to the end [s]; infinite while nothing is known."""
+        if self.steps == 0:
+            return float("inf")
+        return self.seconds * max(self.steps_planned - self.steps, 0) / self.steps
+
+    @property
+    def fraction(self) -> float:
+        """Returns how much of the run is done, in [0, 1]."""
+        return min(self.steps / max(self.steps_planned, 1), 1.0)
+
+
+def describe(population: Population) -> list[dict[str, Any]]:
+    """Returns the status of every learner as plain values."""
+    return [dataclasses.asdict(_learner(population, p)) for p in range(len(population.members))]
+
+
+def _learner(population: Population, p: int) -> LearnerStatus:
+    """Looks at one learner."""
+    log, member, loop = population.logs[p], population.members[p], population.loop
+    recent = log.recent_return
+    return LearnerStatus(
+        method=member.method.name, seed=member.seed, alpha=loop.alpha(p),
+        phase=int(loop.phase[p]), phases=len(member.method.schedule.alphas), steps=log.steps,
+        episode_return=recent if recent == recent else None,
+        evaluations=tuple((record.steps, record.mean) for record in log.evaluations),
+        over=bool(loop.over[p]), failure=log.failure,
+    )  # fmt: skip
+
+
+def read(path: Path) -> tuple[tuple[LearnerStatus, ...], Mapping[str, Any]]:
+    """Reads what a worker wrote; nothing where it has not written yet, or not well.
+
+    Args:
+        path: Its progress file.
+
+    Returns:
+        One record a learner, and what the worker says of itself.
+    """
+    try:
+        value = json.loads(path.read_text())
+        learners = tuple(
+            LearnerStatus(**{**one, "evaluations": tuple(map(tuple, one["evaluations"]))})
+            for one in value["learners"]
+        )
+    except (OSError, ValueError, KeyError, TypeError):
+        return (), {}
+    return learners, value

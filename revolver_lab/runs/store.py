@@ -1,0 +1,99 @@
+"""The files of a run's folder: who writes what, where, and how it is read back."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from revolver_lab.errors import SettingsError
+from revolver_lab.files import write_json
+from revolver_lab.logs import TransferLog
+from revolver_lab.methods import Member
+from revolver_lab.runs.plan import Plan
+
+CONFIG, CARD, EXPERT = "config.json", "card.json", "expert.safetensors"
+LEARNERS, PHASES, EVALUATIONS = "learners.csv", "phases.csv", "evaluations.csv"
+POLICIES, WORK, SHARDS, STOP = "policies", "work", "work/shards.json", "work/stop"
+PROGRESS, LOG, DONE, FAILED, LOCK = "progress.json", "log.txt", "done.json", "failed.json", "lock"
+CURRENT = "current.safetensors"
+
+
+def read_json(path: Path) -> Any:
+    """Reads JSON that this package wrote.
+
+    Raises:
+        SettingsError: If it is missing or torn.
+    """
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError) as problem:
+        raise SettingsError(
+            f"{path}, which cannot be read ({problem})", "a file of a run",
+            "Restore it, or delete the folder and train again.",
+        ) from problem  # fmt: skip
+
+
+def read_plan(folder: Path) -> Plan:
+    """Returns the plan of a run's folder.
+
+    Raises:
+        SettingsError: If there is none, or it is of another version.
+    """
+    path = folder / CONFIG
+    return Plan.from_json(read_json(path), path=str(path))
+
+
+def shard_folder(folder: Path, shard: int) -> Path:
+    """Returns where the worker of a shard keeps its files."""
+    return folder / WORK / f"shard-{shard}"
+
+
+def count_shards(folder: Path) -> int:
+    """Returns how many shards a run was parted into, 0 where it has not begun."""
+    path = folder / SHARDS
+    return int(read_json(path)["shards"]) if path.exists() else 0
+
+
+def shard_members(folder: Path, plan: Plan, shard: int) -> tuple[Member, ...]:
+    """Returns the learners of a shard: every so-many-th of the plan's."""
+    return plan.members[shard :: count_shards(folder)]
+
+
+def write_shard(work: Path, results: Sequence[TransferLog]) -> None:
+    """Writes what the learners of a shard came to; the last file says that all is there.
+
+    Args:
+        work: The shard's folder.
+        results: One log a learner.
+    """
+    rows = []
+    for log in results:
+        plain = log.to_json()
+        name = f"{plain['settings']['method']['name']}-{log.seed}"
+        log.policy.save(work / POLICIES / f"{name}.safetensors")
+        kept = ("phases", "evaluations", "steps", "evaluation_steps", "wall_time", "failure",
+                "reached_target", "seed")  # fmt: skip
+        rows.append({"method": plain["settings"]["method"]["name"]} | {k: plain[k] for k in kept})
+    first = results[0].settings
+    made = {name: first[name] for name in ("versions", "command", "commit")}
+    write_json(work / DONE, {"learners": rows, **made})
+
+
+def flatten(rows: Sequence[dict[str, Any]]) -> dict[str, list[dict[str, Any]]]:
+    """Returns the tables of a run from its learners' rows, one list of rows a file.
+
+    Args:
+        rows: As `write_shard` wrote them.
+    """
+    tables: dict[str, list[dict[str, Any]]] = {LEARNERS: [], PHASES: [], EVALUATIONS: []}
+    for row in rows:
+        who = {"method": row["method"], "seed": row["seed"]}
+        tables[PHASES] += [who | phase for phase in row["phases"]]
+        tables[EVALUATIONS] += [
+            who | {"steps": e["steps"], "alpha": e["alpha"],
+                   "returns": " ".join(f"{r:.9g}" for r in e["returns"])}
+            for e in row["evaluations"]
+        ]  # fmt: skip
+        plain = ("steps", "evaluation_steps", "wall_time", "reached_target", "failure")
+        tables[LEARNERS].append(who | {name: row[name] for name in plain})
+    return tables

@@ -1,0 +1,127 @@
+"""A worker: trains one shard of a run, leaves checkpoints, and goes on where it was stopped."""
+
+import argparse
+import contextlib
+import os
+import signal
+import sys
+import time
+import traceback
+from pathlib import Path
+
+from revolver_lab.errors import RevolverError
+from revolver_lab.files import write_json
+from revolver_lab.methods import Member
+from revolver_lab.policies import Policy
+from revolver_lab.population import Population
+from revolver_lab.runs import checkpoint, status, store
+from revolver_lab.runs.claim import claimed
+from revolver_lab.runs.plan import Plan
+
+_SIGNALS = (signal.SIGTERM, signal.SIGINT)
+
+
+class Worker:
+    """Trains the members of one shard.
+
+    Args:
+        folder: The run's folder.
+        shard: Which of its shards.
+        every: Seconds between checkpoints [s].
+    """
+
+    def __init__(self, folder: Path, shard: int, every: float = 60.0):
+        self.folder, self.work, self.every = folder, store.shard_folder(folder, shard), every
+        plan = store.read_plan(folder)
+        self.members = store.shard_members(folder, plan, shard)
+        self.population = _population(plan, folder, self.members)
+        self.asked_to_stop, self.message = False, ""
+        self._saved = self._told = time.monotonic()
+
+    def run(self) -> bool:
+        """Trains until all is done or somebody asks to stop; returns whether all is done."""
+        checkpoint.restore(self.population, self.work)
+        self._tell("running")
+        finished = self.population.run(self._pause)
+        if finished:
+            store.write_shard(self.work, self.population.results())
+        else:
+            self._save()
+        self._tell("done" if finished else "stopped")
+        return finished
+
+    def _pause(self) -> bool:
+        """Between two ticks: saves and tells now and then; says whether to stop."""
+        now = time.monotonic()
+        if now - self._told > 1.0:
+            self._told = now
+            self.asked_to_stop |= (self.folder / store.STOP).exists()
+            self._tell("running")
+        if now - self._saved > self.every:
+            self._save()
+            self._saved = time.monotonic()
+        return self.asked_to_stop
+
+    def _save(self) -> None:
+        """Writes a checkpoint; where the disk is full, says so and keeps the one before."""
+        try:
+            checkpoint.save(self.population, self.work)
+            self.message = ""
+            self.population.learner.policy(0).save(self.work / store.CURRENT)
+        except OSError as problem:
+            self.message = f"No checkpoint could be written: {problem.strerror}. Make room."
+
+    def _tell(self, state: str) -> None:
+        """Writes how things are; an audience is not worth stopping for."""
+        with contextlib.suppress(OSError):
+            write_json(self.work / store.PROGRESS, {
+                "state": state, "pid": os.getpid(), "message": self.message,
+                "seconds": self.population.logs[0].seconds,
+                "learners": status.describe(self.population),
+            })  # fmt: skip
+
+
+def _population(plan: Plan, folder: Path, members: tuple[Member, ...]) -> Population:
+    """Makes the learners of a shard."""
+    expert = None
+    if any(member.method.expert for member in members):
+        expert = plan.check_expert(Policy.load(folder / store.EXPERT))
+    return Population(
+        plan.robot, members, settings=plan.learner, expert=expert, steps=plan.steps,
+        task=plan.task, evaluate_every=plan.evaluate_every,
+        evaluate_episodes=plan.evaluate_episodes,
+    )  # fmt: skip
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Trains a shard; see `--help`."""
+    parser = argparse.ArgumentParser(prog="python -m revolver_lab.runs.worker", description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("shard", type=int)
+    parser.add_argument("--every", type=float, default=60.0, help="seconds between checkpoints")
+    options = parser.parse_args(arguments)
+    work = store.shard_folder(options.folder, options.shard)
+    try:
+        with claimed(work):
+            worker = Worker(options.folder, options.shard, options.every)
+            for number in _SIGNALS:
+                signal.signal(number, lambda *_: setattr(worker, "asked_to_stop", True))
+            worker.run()
+    except (RevolverError, OSError) as problem:
+        return _fail(work, str(problem))
+    except Exception as problem:  # whatever it is, whoever watches the folder has to hear of it
+        traceback.print_exc()
+        return _fail(work, f"{type(problem).__name__}: {problem}")
+    return 0
+
+
+def _fail(work: Path, message: str) -> int:
+    """Leaves the reason where the run looks for it."""
+    print(f"revolver-lab: {message}", file=sys.stderr)
+    with contextlib.suppress(OSError):
+        write_json(work / store.FAILED, {"message": message})
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
