@@ -2,14 +2,11 @@
 
 import contextlib
 import os
-import shlex
 import shutil
 from pathlib import Path
 
 from revolver_lab.files import write_json
-from revolver_lab.learners.settings import COURSE
 from revolver_lab.logs import write_table
-from revolver_lab.methods import METHODS
 from revolver_lab.policies import Policy
 from revolver_lab.runs import store
 from revolver_lab.runs.plan import Plan
@@ -34,7 +31,7 @@ def collect(folder: Path, plan: Plan) -> None:
     for name, table in store.flatten(rows).items():
         write_table(folder / name, table)
     write_json(folder / store.CARD, {
-        "command": command_of(plan), "commit": done[0]["commit"], "versions": done[0]["versions"],
+        "command": plan.command, "commit": done[0]["commit"], "versions": done[0]["versions"],
         "wall_time": max(row["wall_time"] for row in rows), "processes": len(shards),
         "steps": sum(row["steps"] for row in rows),
         "evaluation_steps": sum(row["evaluation_steps"] for row in rows),
@@ -57,21 +54,3 @@ def _expert_steps(folder: Path) -> int:
     """Returns what the expert cost [steps]; 0 where no method began with one."""
     path = folder / store.EXPERT
     return Policy.load(path).card.steps if path.exists() else 0
-
-
-def command_of(plan: Plan) -> str:
-    """Returns the command that trains a plan again.
-
-    Example:
-        >>> command_of(Plan(robot="cheetah-front-leg", methods=["scratch"], seeds=[0, 1]))
-        'revolver-lab transfer cheetah-front-leg --methods scratch --seeds 0 1 --steps 72000'
-    """
-    usual = Plan(robot=plan.robot, methods=["scratch"], seeds=[0])
-    same = ("learner", "task", "evaluate_every", "evaluate_episodes")
-    plain = all(getattr(plan, name) == getattr(usual, name) for name in same)
-    methods = [member.method for member in plan.members]
-    if not plain or plan.learner != COURSE or any(METHODS.get(m.name) != m for m in methods):
-        return "revolver-lab transfer --plan config.json"
-    names = [*dict.fromkeys(m.name for m in methods)]
-    return shlex.join(["revolver-lab", "transfer", plan.robot, "--methods", *names, "--seeds",
-                       *map(str, plan.seeds), "--steps", str(plan.steps)])  # fmt: skip

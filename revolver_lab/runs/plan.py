@@ -3,13 +3,14 @@
 import dataclasses
 import hashlib
 import json
+import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from revolver_lab.errors import SettingsError
 from revolver_lab.experts import load_expert
 from revolver_lab.learners.settings import COURSE, LearnerSettings
-from revolver_lab.methods import Member, Method, members, method
+from revolver_lab.methods import METHODS, Member, Method, members, method
 from revolver_lab.policies import Policy
 from revolver_lab.preflight import check_evaluations, check_steps
 from revolver_lab.robots import registry
@@ -17,6 +18,8 @@ from revolver_lab.weights import digest
 
 FORMAT = 1
 """Of a run's folder; another number is another layout of files."""
+
+_EVERY, _EPISODES = 24_000, 10
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -53,8 +56,8 @@ class Plan:
     steps: int = 72_000
     learner: LearnerSettings = COURSE
     task: str | None = None
-    evaluate_every: int = 24_000
-    evaluate_episodes: int = 10
+    evaluate_every: int = _EVERY
+    evaluate_episodes: int = _EPISODES
     expert: str | None = None
 
     def __post_init__(self) -> None:
@@ -96,6 +99,25 @@ class Plan:
         """Returns the name of the run's folder: the robot, and a hash of everything asked for."""
         text = json.dumps(self.to_json(), sort_keys=True)
         return f"{self.robot}-{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+
+    @property
+    def command(self) -> str:
+        """Returns the command that trains it again.
+
+        Example:
+            >>> Plan(robot="cheetah-front-leg", methods=["scratch"], seeds=[0, 1]).command
+            'revolver-lab transfer cheetah-front-leg --methods scratch --seeds 0 1 --steps 72000'
+        """
+        names = [*dict.fromkeys(member.method.name for member in self.members)]
+        words = ["revolver-lab", "transfer", self.robot, "--methods", *names, "--seeds",
+                 *map(str, self.seeds), "--steps", str(self.steps)]  # fmt: skip
+        known = all(METHODS.get(m.method.name) == m.method for m in self.members)
+        if known and dataclasses.replace(
+            self, learner=COURSE, task=None, evaluate_every=_EVERY, evaluate_episodes=_EPISODES,
+            expert=None,
+        ) == self:  # fmt: skip
+            return shlex.join(words)
+        return "revolver-lab transfer --plan config.json"
 
     def to_json(self) -> dict[str, Any]:
         """Returns the plan as plain JSON values."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from revolver_lab.errors import SettingsError
+from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.files import asset_folder
 from revolver_lab.methods import method as method_named
 from revolver_lab.policies import Policy
@@ -48,7 +48,15 @@ class LearnerResult:
         Raises:
             PolicyFileError: If it was not kept.
         """
-        return Policy.load(self.folder / store.POLICIES / f"{self.method}-{self.seed}.safetensors")
+        home = self.folder / store.POLICIES
+        path = home / f"{self.method}-{self.seed}.safetensors"
+        if not path.is_file():
+            kept = sorted(found.stem for found in home.glob("*.safetensors"))
+            raise PolicyFileError(
+                f"the policy of {path.stem}, which was not kept", f"one of {kept}",
+                "Take one of these, or train the run again.",
+            )  # fmt: skip
+        return Policy.load(path)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)

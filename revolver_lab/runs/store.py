@@ -1,5 +1,6 @@
 """The files of a run's folder: who writes what, where, and how it is read back."""
 
+import dataclasses
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -59,23 +60,25 @@ def shard_members(folder: Path, plan: Plan, shard: int) -> tuple[Member, ...]:
     return plan.members[shard :: count_shards(folder)]
 
 
-def write_shard(work: Path, results: Sequence[TransferLog]) -> None:
+def write_shard(work: Path, results: Sequence[TransferLog], command: str) -> None:
     """Writes what the learners of a shard came to; the last file says that all is there.
 
     Args:
         work: The shard's folder.
         results: One log a learner.
+        command: What trains the run again, for the cards.
     """
     rows = []
     for log in results:
         plain = log.to_json()
         name = f"{plain['settings']['method']['name']}-{log.seed}"
-        log.policy.save(work / POLICIES / f"{name}.safetensors")
+        card = dataclasses.replace(log.policy.card, command=command)
+        log.policy.with_card(card).save(work / POLICIES / f"{name}.safetensors")
         kept = ("phases", "evaluations", "steps", "evaluation_steps", "wall_time", "failure",
                 "reached_target", "seed")  # fmt: skip
         rows.append({"method": plain["settings"]["method"]["name"]} | {k: plain[k] for k in kept})
     first = results[0].settings
-    made = {name: first[name] for name in ("versions", "command", "commit")}
+    made = {name: first[name] for name in ("versions", "commit")}
     write_json(work / DONE, {"learners": rows, **made})
 
 
@@ -88,7 +91,7 @@ def flatten(rows: Sequence[dict[str, Any]]) -> dict[str, list[dict[str, Any]]]:
     tables: dict[str, list[dict[str, Any]]] = {LEARNERS: [], PHASES: [], EVALUATIONS: []}
     for row in rows:
         who = {"method": row["method"], "seed": row["seed"]}
-        tables[PHASES] += [who | phase for phase in row["phases"]]
+        tables[PHASES] += [who | _compact(phase) for phase in row["phases"]]
         tables[EVALUATIONS] += [
             who | {"steps": e["steps"], "alpha": e["alpha"],
                    "returns": " ".join(f"{r:.9g}" for r in e["returns"])}
@@ -97,3 +100,10 @@ def flatten(rows: Sequence[dict[str, Any]]) -> dict[str, list[dict[str, Any]]]:
         plain = ("steps", "evaluation_steps", "wall_time", "reached_target", "failure")
         tables[LEARNERS].append(who | {name: row[name] for name in plain})
     return tables
+
+
+def _compact(phase: dict[str, Any]) -> dict[str, Any]:
+    """Rounds a phase to what a table is read for: recorded runs hold thousands of them."""
+    rounded = {name: float(f"{phase[name]:.6g}") if phase[name] is not None else None
+               for name in ("episode_return", "mean_beta")}  # fmt: skip
+    return phase | rounded | {"wall_time": round(phase["wall_time"], 1)}

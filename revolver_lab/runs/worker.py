@@ -32,9 +32,9 @@ class Worker:
 
     def __init__(self, folder: Path, shard: int, every: float = 60.0):
         self.folder, self.work, self.every = folder, store.shard_folder(folder, shard), every
-        plan = store.read_plan(folder)
-        self.members = store.shard_members(folder, plan, shard)
-        self.population = _population(plan, folder, self.members)
+        self.plan = store.read_plan(folder)
+        self.members = store.shard_members(folder, self.plan, shard)
+        self.population = _population(self.plan, folder, self.members)
         self.asked_to_stop, self.message = False, ""
         self._saved = self._told = time.monotonic()
 
@@ -44,7 +44,7 @@ class Worker:
         self._tell("running")
         finished = self.population.run(self._pause)
         if finished:
-            store.write_shard(self.work, self.population.results())
+            store.write_shard(self.work, self.population.results(), self.plan.command)
         else:
             self._save()
         self._tell("done" if finished else "stopped")

@@ -1,0 +1,62 @@
+"""Recorded runs: what of a finished run is worth keeping beside the code, and what is not."""
+
+import shlex
+import shutil
+from pathlib import Path
+
+from revolver_lab.errors import SettingsError
+from revolver_lab.files import write_atomically, write_json
+from revolver_lab.runs import store
+from revolver_lab.runs.results import LearnerResult, read_results
+
+_TABLES = (store.LEARNERS, store.PHASES, store.EVALUATIONS)
+
+
+def keep(folder: str | Path, out: str | Path) -> Path:
+    """Copies a finished run into a folder of recorded ones, without what is large.
+
+    Every number of every learner stays. Of the policies only the actor of each method's lowest
+    seed does, and the expert goes: the plan holds the hash of its weights.
+
+    Args:
+        folder: The run's folder.
+        out: The folder of recorded runs, such as "assets/results".
+
+    Returns:
+        The new folder, of the same name; `Results` read it as they read the whole.
+
+    Raises:
+        SettingsError: If the run is not finished, or is there already.
+    """
+    folder = Path(folder)
+    plan, results = store.read_plan(folder), read_results(folder)
+    target = Path(out) / plan.name
+    if target.resolve() == folder.resolve():
+        raise SettingsError(f"{folder}, which is in {out} already", "a run from elsewhere",
+                            "Keep runs of out/runs in assets/results.")  # fmt: skip
+    kept = [results.of(method)[0] for method in results.methods]
+    shutil.rmtree(target / store.POLICIES, ignore_errors=True)
+    for one in kept:
+        _keep_actor(one, target)
+    for name in (*_TABLES, store.CONFIG):
+        write_atomically(target / name, (folder / name).read_bytes())
+    config = (Path(plan.name) if target.is_absolute() else target) / store.CONFIG
+    command = plan.command.replace(store.CONFIG, shlex.quote(str(config)))
+    left_out = _left_out(kept, len(results.learners))
+    card = store.read_json(folder / store.CARD) | {"command": command, "left_out": left_out}
+    write_json(target / store.CARD, card)
+    return target
+
+
+def _keep_actor(one: LearnerResult, target: Path) -> None:
+    """Saves a learner's policy without its critic."""
+    path = target / store.POLICIES / f"{one.method}-{one.seed}.safetensors"
+    one.policy().without_critic().save(path)
+    path.with_suffix(".json").unlink()  # the card is in the file, too
+
+
+def _left_out(kept: list[LearnerResult], learners: int) -> str:
+    """Says what a reader will not find."""
+    names = ", ".join(f"{one.method}-{one.seed}" for one in kept)
+    return (f"The expert, all critics, and the policies of {learners - len(kept)} of {learners} "
+            f"learners; the actors of {names} are here.")  # fmt: skip
