@@ -1,10 +1,15 @@
 """Adam for P learners at once, each with its own moments and its own count of steps."""
 
 import torch
+from torch.optim.adam import adam
 
 
 class Adam:
     """Adam (Kingma & Ba 2015) on flat weights; a learner that is masked out stays as it is.
+
+    On the CPU torch's own fused kernel goes through the rows that move, once. On a device the
+    mask is not known to the host, least of all in a captured graph, so all rows are computed and
+    those that move are chosen.
 
     Args:
         weights: (P, D), changed in place.
@@ -37,6 +42,24 @@ class Adam:
             gradient: (P, D).
             mask: Which learners step, (P, 1) bool.
         """
+        if self.weights.device.type == "cpu":
+            self._step_rows(gradient, mask.squeeze(1).nonzero().squeeze(1).tolist())
+        else:
+            self._step_masked(gradient, mask)
+
+    def _step_rows(self, gradient: torch.Tensor, rows: list[int]) -> None:
+        """Moves these rows by torch's fused kernel."""
+        state = (self.weights, gradient, self.first, self.second)
+        weights, gradients, firsts, seconds = ([array[row] for row in rows] for array in state)
+        counts = [self.count[row, 0] for row in rows]
+        adam(
+            weights, gradients, firsts, seconds, [], counts, fused=True, amsgrad=False,
+            beta1=self.DECAY[0], beta2=self.DECAY[1], lr=self.learning_rate, weight_decay=0.0,
+            eps=self.EPSILON, maximize=False,
+        )  # fmt: skip
+
+    def _step_masked(self, gradient: torch.Tensor, mask: torch.Tensor) -> None:
+        """Computes the step of every row, and takes it where the mask says so."""
         slow, slower = self.DECAY
         self.count += mask
         first = torch.lerp(self.first, gradient, 1 - slow)

@@ -85,8 +85,7 @@ class Networks:
     def drag(self, tau: float, mask: torch.Tensor) -> None:
         """Lets the slow copy follow: target <- (1 - tau) target + tau weights, where masked."""
         if self.target is not None:
-            moved = torch.lerp(self.target, self.flat, tau)
-            torch.where(mask, moved, self.target, out=self.target)
+            self.target.lerp_(self.flat, tau * mask)
 
     def arrays(self, learner: int, *, target: bool = False) -> dict[str, np.ndarray]:
         """Returns copies of one learner's arrays: "I.weight", or "K.I.weight" for twin K.
