@@ -49,5 +49,9 @@ class PolicyFileError(RevolverError, ValueError):
     """A policy file that is torn, foreign, or does not fit the robot."""
 
 
+class DemonstrationsError(RevolverError, ValueError):
+    """Demonstrations that are torn, foreign, or do not fit the robot."""
+
+
 class MissingExtraError(RevolverError, ImportError):
     """An optional or pinned dependency that is missing, or of another version."""

@@ -1,5 +1,6 @@
 """Multilayer perceptrons as arrays: outputs, directional derivatives and gradients by hand."""
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,7 +27,7 @@ def initial(sizes: Sequence[int], rng: np.random.Generator, last: float = 1.0) -
         last: Factor on the weights of the last layer.
     """
     layers = []
-    for i, (width, out) in enumerate(zip(sizes, sizes[1:])):
+    for i, (width, out) in enumerate(itertools.pairwise(sizes)):
         bound = (last if i == len(sizes) - 2 else 1.0) / np.sqrt(width)
         layers.append((rng.uniform(-bound, bound, (out, width)), np.zeros(out)))
     return flatten(layers).astype(np.float32)
@@ -45,7 +46,7 @@ def split(flat: np.ndarray, sizes: Sequence[int]) -> Layers:
         [((3, 2), (3,)), ((0, 3), (0,))]
     """
     layers, at = [], 0
-    for width, out in zip(sizes, sizes[1:]):
+    for width, out in itertools.pairwise(sizes):
         weight = flat[at : at + out * width].reshape(out, width)
         at += out * width
         layers.append((weight, flat[at : at + out]))
@@ -55,7 +56,7 @@ def split(flat: np.ndarray, sizes: Sequence[int]) -> Layers:
 
 def block_rows(sizes: Sequence[int]) -> int:
     """Returns how many rows a block may have for a network of these widths."""
-    largest = max(a * b for a, b in zip(sizes, sizes[1:]))
+    largest = max(a * b for a, b in itertools.pairwise(sizes))
     return int(min(max(_MOST_PRODUCTS // largest, 1), 64))
 
 

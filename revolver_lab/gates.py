@@ -1,0 +1,211 @@
+"""Gates: alpha goes on when the policy succeeds often enough, and training ends when it is good."""
+
+import dataclasses
+import math
+import numbers
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from revolver_lab.errors import SettingsError
+
+Measure = Callable[[float, int], float]
+"""Plays evaluations: (alpha, episodes) -> fraction of them that succeed, by mean actions."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Position:
+    """Where a policy is on its path.
+
+    Attributes:
+        alpha: Evolution parameter.
+        average: Moving average of the sampled success, or None before the first iteration.
+        iterations: How many iterations there have been.
+        done: Whether the gate's last demand is met.
+    """
+
+    alpha: float = 0.0
+    average: float | None = None
+    iterations: int = 0
+    done: bool = False
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Gate:
+    """What gates share: the window of beta, the step of alpha, and when to stop.
+
+    Attributes:
+        alpha_step: l_k in the paper, the step of alpha, or the largest one.
+        xi: Width of the interval from which beta is drawn; 0 is the deterministic variant.
+        shaping: h in the paper.
+        alpha_start: Where alpha begins; 1 is direct transfer.
+        every: Iterations between evaluations.
+        finish: Success at alpha = 1 at which training ends.
+        finish_episodes: Episodes of that evaluation.
+    """
+
+    alpha_step: float = 0.01
+    xi: float = 0.06
+    shaping: float = 0.0
+    alpha_start: float = 0.0
+    every: int = 5
+    finish: float = 0.9
+    finish_episodes: int = 50
+
+    def __post_init__(self) -> None:
+        """Refuses settings that cannot work."""
+        self._require("alpha_step", 0, 1, least=False)
+        for name in ("xi", "alpha_start", "finish"):
+            self._require(name, 0, 1)
+        self._require("shaping", -20, 20)
+        for name in ("every", "finish_episodes"):
+            self._require(name, 1, math.inf, whole=True)
+
+    def _require(
+        self, name: str, low: float, high: float, *, least: bool = True, whole: bool = False
+    ) -> None:
+        """Raises SettingsError unless a setting is a number within its bounds."""
+        value = getattr(self, name)
+        fits = isinstance(value, numbers.Integral if whole else numbers.Real)
+        fits = fits and not isinstance(value, bool) and low <= value <= high
+        if not fits or (value == low and not least):
+            kind = "a whole number" if whole else "a number"
+            raise SettingsError(f"{name} = {value!r}", f"{kind} in {'[' if least else '('}{low}, "
+                                f"{high}]", f"{type(self).__name__}() is a start.")  # fmt: skip
+
+    def begin(self) -> Position:
+        """Returns where the path begins."""
+        return Position(alpha=float(self.alpha_start))
+
+    def draw(self, alpha: float, rng: np.random.Generator) -> float:
+        """Draws beta ~ Uniform(alpha, min(alpha + xi, 1)) (Algorithm 1, line 14)."""
+        return float(rng.uniform(alpha, min(alpha + self.xi, 1.0)))
+
+    def after(self, position: Position, success: float, measure: Measure) -> Position:
+        """Returns the position after an iteration.
+
+        Args:
+            position: The position it was made at.
+            success: Fraction of its trajectories that succeeded, actions sampled.
+            measure: Plays evaluations, if need be.
+        """
+        raise NotImplementedError
+
+    def to_json(self) -> dict[str, Any]:
+        """Returns the gate as plain JSON values, its kind included."""
+        return {"gate": type(self).__name__, **dataclasses.asdict(self)}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class SampledGate(Gate):
+    """Alpha goes on by the training's own sampled success, which costs nothing.
+
+    alpha += l clip((min(average, last + slack) - low) / (high - low), 0, 1), where the average
+    moves by `weight` of the last success (facts, section 8). At alpha = 1, once the average is
+    `high`, an evaluation has the last word.
+
+    Attributes:
+        low: Success at or below which alpha stays.
+        high: Success from which on alpha takes its largest step.
+        weight: Of the last success in the average.
+        slack: How far the average may be above the last success.
+    """
+
+    alpha_step: float = 0.03
+    finish: float = 0.98
+    low: float = 0.4
+    high: float = 0.8
+    weight: float = 0.3
+    slack: float = 0.1
+
+    def __post_init__(self) -> None:
+        """Refuses settings that cannot work."""
+        super().__post_init__()
+        for name in ("low", "high", "slack"):
+            self._require(name, 0, 1)
+        self._require("weight", 0, 1, least=False)
+        if self.low >= self.high:
+            raise SettingsError(f"low = {self.low} with high = {self.high}", "low < high",
+                                "The pilot used 0.4 and 0.8.")  # fmt: skip
+
+    def after(self, position: Position, success: float, measure: Measure) -> Position:
+        """Returns the position after an iteration; see the class.
+
+        Example:
+            >>> gate = SampledGate(alpha_step=0.02, low=0.5, high=0.9)
+            >>> gate.after(Position(alpha=0.3), 0.7, lambda alpha, episodes: 0.0).alpha
+            0.31
+        """
+        last = success if position.average is None else position.average
+        average = last + self.weight * (success - last)
+        iterations, done = position.iterations + 1, False
+        trust = (min(average, success + self.slack) - self.low) / (self.high - self.low)
+        alpha = _onward(position.alpha, self.alpha_step * min(max(trust, 0.0), 1.0))
+        if position.alpha == 1.0 and average >= self.high and iterations % self.every == 0:
+            done = measure(1.0, self.finish_episodes) >= self.finish
+        return Position(alpha=alpha, average=average, iterations=iterations, done=done)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class EvaluatedGate(Gate):
+    """The rule of the published runs (facts, section 3): alpha goes on after an evaluation.
+
+    Every five iterations twenty episodes are played on E(alpha); at a success of one half alpha
+    takes its step. At alpha = 1 training ends at 0.9 over fifty.
+
+    Attributes:
+        threshold: Success at which alpha goes on.
+        episodes: Episodes of an evaluation.
+    """
+
+    threshold: float = 0.5
+    episodes: int = 20
+
+    def __post_init__(self) -> None:
+        """Refuses settings that cannot work."""
+        super().__post_init__()
+        self._require("threshold", 0, 1)
+        self._require("episodes", 1, math.inf, whole=True)
+
+    def after(self, position: Position, success: float, measure: Measure) -> Position:
+        """Returns the position after an iteration; see the class."""
+        alpha, done, iterations = position.alpha, False, position.iterations + 1
+        if iterations % self.every == 0:
+            if alpha == 1.0:
+                done = measure(1.0, self.finish_episodes) >= self.finish
+            elif measure(alpha, self.episodes) >= self.threshold:
+                alpha = _onward(alpha, self.alpha_step)
+        return Position(alpha=alpha, average=success, iterations=iterations, done=done)
+
+
+def _onward(alpha: float, step: float) -> float:
+    """Returns alpha a step further, 1 at most, and without the dust of adding."""
+    return min(round(alpha + step, 12), 1.0)
+
+
+GATES = {gate.__name__: gate for gate in (SampledGate, EvaluatedGate)}
+
+
+def gate_from_json(value: Mapping[str, Any]) -> Gate:
+    """Reads a gate back.
+
+    Raises:
+        SettingsError: If there is no gate of that kind.
+
+    Example:
+        >>> gate_from_json(EvaluatedGate(episodes=10).to_json()).episodes
+        10
+    """
+    fields = dict(value)
+    kind = fields.pop("gate", None)
+    if kind not in GATES:
+        raise SettingsError(f"gate = {kind!r}", f"one of {sorted(GATES)}", "Take SampledGate.")
+    return GATES[kind](**fields)
+
+
+PILOT_GATE = SampledGate()
+"""Run 2 of the pilot: steps of 0.03 at most, between a sampled success of 0.4 and 0.8."""
+
+PUBLISHED_GATE = EvaluatedGate(shaping=1.0)
+"""The published runs of the hand: steps of 0.01, xi = 0.06, h = 1."""

@@ -1,0 +1,89 @@
+"""SOIL: imitation of states alone, the actions between them told by a model learnt on the way."""
+
+from typing import Any
+
+import numpy as np
+
+from revolver_lab.demonstrations import Demonstrations
+from revolver_lab.learners.natural.actor import Rows
+from revolver_lab.learners.natural.dapg import imitation_weight
+from revolver_lab.learners.natural.npg import NPG
+from revolver_lab.learners.natural.regressor import Regressor
+from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
+from revolver_lab.trajectories import Trajectories
+
+
+class SOIL(NPG):
+    """State-only imitation learning (Radosavovic et al. 2020).
+
+    An inverse dynamics model a = h(s, s') is fitted to the policy's own latest batches, and so
+    knows the robot being trained, not the teacher's. What it says of the teacher's transitions
+    is imitated as in DAPG. With a weight of 0 it is NPG, bit for bit.
+
+    Args:
+        observation_size: O.
+        action_size: A.
+        settings: What it is made of.
+        demonstrations: What a teacher saw; its actions are not looked at.
+        seed: Seed of weights, actions and minibatches.
+
+    Raises:
+        DemonstrationsError: If the demonstrations do not fit the robot.
+    """
+
+    def __init__(
+        self, observation_size: int, action_size: int, settings: NaturalSettings = PILOT, *,
+        demonstrations: Demonstrations | None = None, seed: int = 0,
+    ):  # fmt: skip
+        super().__init__(observation_size, action_size, settings, seed=seed)
+        if demonstrations is not None:
+            demonstrations.fits(observation_size, demonstrations.action_size)
+        self.demonstrations = demonstrations
+        self.inverse = Regressor(
+            2 * observation_size, action_size, hidden=settings.inverse_hidden,
+            learning_rate=settings.inverse_rate, batch_size=settings.value_batch,
+            rng=self.streams["inverse"],
+        )  # fmt: skip
+        self._memory: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def imitated(self, batch: Trajectories, advantages: np.ndarray) -> Rows | None:
+        """Returns the teacher's states, each with the action the model tells."""
+        weight = imitation_weight(self.settings, self.iterations, advantages)
+        if self.demonstrations is None or weight == 0:
+            return None
+        self._learn(batch)
+        teacher = self.demonstrations
+        actions = self.inverse.predict(_pairs(teacher.observations, teacher.next_observations))
+        return Rows(observations=teacher.observations, actions=np.clip(actions, -1, 1),
+                    weights=np.full(len(actions), weight))  # fmt: skip
+
+    def _learn(self, batch: Trajectories) -> None:
+        """Fits the inverse model to the latest batches; the robot moved by clipped actions."""
+        inside = batch.inside
+        pairs = _pairs(batch.observations[:-1][inside], batch.observations[1:][inside])
+        self._memory.append((pairs, np.clip(batch.actions[inside], -1, 1)))
+        del self._memory[: -self.settings.inverse_batches]
+        x, y = (np.concatenate(parts) for parts in zip(*self._memory))
+        self.inverse.fit(x, y, self.settings.inverse_epochs)
+
+    def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Returns all that `restore` needs, the inverse model and its memory included."""
+        arrays, plain = super().state()
+        inverse, values = self.inverse.state()
+        arrays |= {f"inverse/{k}": v for k, v in inverse.items()}
+        for i, (x, y) in enumerate(self._memory):
+            arrays |= {f"memory/{i}/x": x.copy(), f"memory/{i}/y": y.copy()}
+        return arrays, plain | {"inverse": values, "memory": len(self._memory)}
+
+    def restore(self, arrays: dict[str, np.ndarray], plain: dict[str, Any]) -> None:
+        """Puts back what `state` returned."""
+        super().restore(arrays, plain)
+        self.inverse.restore({k.removeprefix("inverse/"): v for k, v in arrays.items()
+                              if k.startswith("inverse/")}, plain["inverse"])  # fmt: skip
+        self._memory = [(arrays[f"memory/{i}/x"].copy(), arrays[f"memory/{i}/y"].copy())
+                        for i in range(plain["memory"])]  # fmt: skip
+
+
+def _pairs(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Returns state and change, (N, 2 O): small changes stay visible beside large states."""
+    return np.concatenate([before, after - before], axis=1)
