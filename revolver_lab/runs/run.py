@@ -24,6 +24,9 @@ ROOT = Path("out/runs")
 PROCESSES = 2
 """Workers of a run: two of one thread each keep two cores busier than one of two threads."""
 
+_WORKERS: dict[Path, list[subprocess.Popen]] = {}
+"""A worker claims its shard only once it has imported everything; until then this knows of it."""
+
 
 class Run:
     """A population in a folder: configuration, curves, policies and a card.
@@ -38,6 +41,7 @@ class Run:
 
     Attributes:
         folder: The run's folder.
+        watchers: Told the status now and then by whoever waits, as `wait` keeps the kernel busy.
 
     Example:
         >>> plan = Plan(robot="cheetah-front-leg", methods=["scratch"], seeds=[0])
@@ -53,7 +57,7 @@ class Run:
         self.folder = shipped if ready else here
         if (self.folder / store.CONFIG).exists():
             store.read_plan(self.folder)  # refuses a folder of another version
-        self._workers: list[subprocess.Popen] = []
+        self.watchers: list[Callable[[Status], None]] = []
 
     @classmethod
     def open(cls, folder: str | Path) -> "Run":
@@ -66,6 +70,11 @@ class Run:
         run = cls(store.read_plan(folder), root=folder.parent)
         run.folder = folder
         return run
+
+    @property
+    def _workers(self) -> list[subprocess.Popen]:
+        """Returns the workers started from here; all runs of this folder share them."""
+        return _WORKERS.setdefault(self.folder.resolve(), [])
 
     def start(self, *, processes: int = PROCESSES, every: float = 60.0) -> "Run":
         """Trains in the background, from where it was stopped; returns at once.
@@ -140,20 +149,22 @@ class Run:
         Raises:
             SettingsError: If a worker failed, or the run was stopped.
         """
+        told = [*self.watchers, *([progress] if progress else [])]
         try:
             while (now := self.status()).state == "running":
-                if progress is not None:
-                    progress(now)
+                for tell in told:
+                    tell(now)
                 time.sleep(every)
         except KeyboardInterrupt:
             self.stop()
             raise
-        if progress is not None:
-            progress(now)
+        for tell in told:
+            tell(now)
         return self.results()
 
     def status(self) -> Status:
         """Looks at the folder, and returns how the run is doing."""
+        self._workers[:] = [worker for worker in self._workers if worker.poll() is None]
         planned = self.plan.steps * len(self.plan.members)
         if (self.folder / store.CARD).exists():
             return Status(state="finished", learners=self._last_words(), steps=planned,
@@ -185,7 +196,6 @@ class Run:
         if all((work / store.DONE).exists() for work in shards):
             collect(self.folder, self.plan)
             return "finished"
-        self._workers = [worker for worker in self._workers if worker.poll() is None]
         if self._workers or any(is_claimed(work) for work in shards):
             return "running"
         return "failed" if failed else "stopped"

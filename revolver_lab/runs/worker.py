@@ -15,7 +15,7 @@ from revolver_lab.methods import Member
 from revolver_lab.policies import Policy
 from revolver_lab.population import Population
 from revolver_lab.runs import checkpoint, status, store
-from revolver_lab.runs.claim import claimed
+from revolver_lab.runs.claim import ShardTakenError, claimed
 from revolver_lab.runs.plan import Plan
 
 _SIGNALS = (signal.SIGTERM, signal.SIGINT)
@@ -43,6 +43,8 @@ class Worker:
         checkpoint.restore(self.population, self.work)
         self._tell("running")
         finished = self.population.run(self._pause)
+        if self._gone:
+            return False
         if finished:
             store.write_shard(self.work, self.population.results(), self.plan.command)
         else:
@@ -55,12 +57,18 @@ class Worker:
         now = time.monotonic()
         if now - self._told > 1.0:
             self._told = now
-            self.asked_to_stop |= (self.folder / store.STOP).exists()
-            self._tell("running")
-        if now - self._saved > self.every:
+            self.asked_to_stop |= (self.folder / store.STOP).exists() or self._gone
+            if not self._gone:
+                self._tell("running")
+        if now - self._saved > self.every and not self._gone:
             self._save()
             self._saved = time.monotonic()
         return self.asked_to_stop
+
+    @property
+    def _gone(self) -> bool:
+        """Whether somebody has deleted the run, which is not to come back by bits."""
+        return not (self.folder / store.CONFIG).exists()
 
     def _save(self) -> None:
         """Writes a checkpoint; where the disk is full, says so and keeps the one before."""
@@ -102,11 +110,14 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     work = store.shard_folder(options.folder, options.shard)
     try:
-        with claimed(work):
+        with claimed(work, patience=1.0):  # who asks whether it is claimed claims it shortly
             worker = Worker(options.folder, options.shard, options.every)
             for number in _SIGNALS:
                 signal.signal(number, lambda *_: setattr(worker, "asked_to_stop", True))
             worker.run()
+    except ShardTakenError as problem:  # started twice at once: no failure of the run
+        print(f"revolver-lab: {problem}", file=sys.stderr)
+        return 0
     except (RevolverError, OSError) as problem:
         return _fail(work, str(problem))
     except Exception as problem:  # whatever it is, whoever watches the folder has to hear of it
