@@ -53,7 +53,7 @@ def record(
         played = sample(env, lambda _, seen: policy(seen, deterministic=deterministic, rng=rng),
                         env.task.episode_steps)  # fmt: skip
         good = np.ones(n, bool) if success is None else success.check(env)(env, played)
-        kept += [_episode(played, i) for i in np.flatnonzero(good[: episodes - at])]
+        kept += [_episode(played, int(i)) for i in np.flatnonzero(good[: episodes - at])]
     if not kept:
         raise refusal(f"{episodes} episodes of which none succeeded")
     origin = f"{len(kept)} of {episodes} episodes of {policy.card.algorithm or 'a policy'} on " \
