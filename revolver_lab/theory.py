@@ -13,6 +13,7 @@ from revolver_lab.errors import SettingsError
 
 PAPER_COEFFICIENT = 1 / 4
 """What the paper's Theorem 1 says of h xi^2; `coefficient` says what follows."""
+_SUBNORMAL = 1e-300  # below it floats lose their digits, and nothing is lost by taking 0
 
 
 def _require(holds: bool, given: str, allowed: str, remedy: str) -> None:
@@ -106,9 +107,10 @@ def phi_v(h: ArrayLike, xi: ArrayLike, alpha: ArrayLike = 0.0, q: float = 0.5) -
     _check(h, xi, q=q)
     y = np.asarray(h, dtype=float) * xi
     # Seen from the end of the window, h and q are mirrored: only exp(-|y|) is ever needed.
-    share, size = np.where(y > 0, 1 - q, q), np.where(y == 0, 1.0, np.abs(y))
-    place = np.where(y == 0, share, -np.log1p(share * np.expm1(-size)) / size)
-    return np.asarray(alpha + np.asarray(xi) * np.where(y > 0, 1 - place, place))
+    share, none = np.where(y > 0, 1 - q, q), np.abs(y) < _SUBNORMAL
+    size = np.where(none, 1.0, np.abs(y))
+    place = np.where(none, share, -np.log1p(share * np.expm1(-size)) / size)
+    return np.asarray(alpha) + np.asarray(xi) * np.where(y > 0, 1 - place, place)
 
 
 def phi_quadratic(h: ArrayLike, xi: ArrayLike, alpha: ArrayLike = 0.0) -> np.ndarray:
