@@ -22,10 +22,12 @@ def describe(name: str, progress: Progress) -> str:
     total = progress.seconds + progress.seconds_left
     filled = int(_WIDTH * progress.seconds / total) if total else 0
     bar = "#" * filled + "." * (_WIDTH - filled)
+    known = progress.episode_return == progress.episode_return
+    score = f"{progress.episode_return:.1f}" if known else "-"
     minutes, seconds = divmod(round(progress.seconds_left), 60)
     return (
         f"{name} [{bar}] phase {progress.phase + 1}/{progress.phases}  alpha {progress.alpha:.2f}"
-        f"  return {progress.episode_return:.1f}  {minutes}:{seconds:02d} left"
+        f"  return {score}  {minutes}:{seconds:02d} left"
     )
 
 

@@ -36,6 +36,7 @@ LAYERS = [
     ["runs"],
     ["exercises"],
     ["lab"],
+    ["commands"],
     ["demo", "cli"],
 ]
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}

@@ -3,6 +3,9 @@
 import json
 import os
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from revolver_lab.errors import PolicyFileError
 from revolver_lab.population import Population
@@ -42,11 +45,28 @@ def restore(population: Population, folder: Path) -> bool:
     Returns:
         Whether there was one; if not, the population begins at its beginning.
     """
+    found = _latest(folder)
+    if found is None:
+        return False
+    population.restore(found[0], json.loads(found[1]["plain"]))
+    return True
+
+
+def read_logs(folder: Path) -> list[dict[str, Any]]:
+    """Returns the logs of the learners in the latest intact checkpoint, none without one.
+
+    Args:
+        folder: Where checkpoints are.
+    """
+    found = _latest(folder)
+    return [] if found is None else json.loads(found[1]["plain"])["logs"]
+
+
+def _latest(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, str]] | None:
+    """Reads the latest checkpoint that is whole."""
     for name in (_NEXT, _LATEST, _PREVIOUS):
         try:
-            arrays, metadata = load_weights(folder / name, largest=_LARGEST)
+            return load_weights(folder / name, largest=_LARGEST)
         except PolicyFileError:  # missing or torn: the one before it will do
             continue
-        population.restore(arrays, json.loads(metadata["plain"]))
-        return True
-    return False
+    return None

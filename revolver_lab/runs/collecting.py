@@ -4,6 +4,7 @@ import contextlib
 import os
 import shutil
 from pathlib import Path
+from typing import Any
 
 from revolver_lab.files import write_json
 from revolver_lab.logs import write_table
@@ -35,7 +36,7 @@ def collect(folder: Path, plan: Plan) -> None:
         "wall_time": max(row["wall_time"] for row in rows), "processes": len(shards),
         "steps": sum(row["steps"] for row in rows),
         "evaluation_steps": sum(row["evaluation_steps"] for row in rows),
-        "expert_steps": _expert_steps(folder),
+        **_expert(folder),
         "failures": {f"{row['method']}-{row['seed']}": row["failure"]
                      for row in rows if row["failure"]},
     })  # fmt: skip
@@ -50,7 +51,10 @@ def _move(source: Path, target: Path) -> None:
             os.replace(path, target / path.name)
 
 
-def _expert_steps(folder: Path) -> int:
-    """Returns what the expert cost [steps]; 0 where no method began with one."""
+def _expert(folder: Path) -> dict[str, Any]:
+    """Returns what the expert cost and earned; nothing where no method began with one."""
     path = folder / store.EXPERT
-    return Policy.load(path).card.steps if path.exists() else 0
+    if not path.exists():
+        return {"expert_steps": 0, "expert_return": None}
+    card = Policy.load(path).card
+    return {"expert_steps": card.steps, "expert_return": card.episode_return}

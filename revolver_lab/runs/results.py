@@ -27,7 +27,7 @@ class LearnerResult:
         steps: Environment steps of the evaluations, (K,) [steps].
         curve: Mean return of each evaluation, (K,).
         phases: One dictionary a phase, see `revolver_lab.logs.Phase`.
-        cost: What it cost, its expert not counted.
+        cost: What it cost, its expert not counted; the time is its share of its worker's.
         failure: Why it was stopped before its end, or "".
         folder: The run that it belongs to.
     """
@@ -68,12 +68,14 @@ class Results:
         learners: What each came to.
         expert_steps: Environment steps that the expert cost [steps].
         commands: The commands that train them again.
+        expert_return: Mean unshaped return of the expert on the source robot, where it is known.
     """
 
     robot: str
     learners: tuple[LearnerResult, ...]
     expert_steps: int
     commands: tuple[str, ...]
+    expert_return: float | None = None
 
     @property
     def methods(self) -> tuple[str, ...]:
@@ -146,16 +148,17 @@ def read_results(folder: Path) -> Results:
     """
     card = store.read_json(folder / store.CARD)
     phases, evaluations = (_rows(folder / name) for name in (store.PHASES, store.EVALUATIONS))
-    learners = [
-        _learner(row, phases, evaluations, folder) for row in _rows(folder / store.LEARNERS)
-    ]
+    rows = _rows(folder / store.LEARNERS)
+    share = int(card["processes"]) / max(len(rows), 1)  # of the time of a worker, a learner
+    learners = [_learner(row, phases, evaluations, folder, share) for row in rows]
     return Results(robot=store.read_plan(folder).robot, learners=tuple(learners),
-                   expert_steps=int(card["expert_steps"]), commands=(card["command"],))  # fmt: skip
+                   expert_steps=int(card["expert_steps"]), commands=(card["command"],),
+                   expert_return=card.get("expert_return"))  # fmt: skip
 
 
 def _learner(
     row: dict[str, str], phases: list[dict[str, str]], evaluations: list[dict[str, str]],
-    folder: Path,
+    folder: Path, share: float,
 ) -> LearnerResult:  # fmt: skip
     """Puts one learner together from the tables."""
 
@@ -169,7 +172,7 @@ def _learner(
         method=row["method"], seed=int(row["seed"]), returns=played[-1],
         steps=np.array([int(r["steps"]) for r in mine(evaluations)]),
         curve=np.array([returns.mean() for returns in played]), phases=tuple(numbers),
-        cost=Cost(steps=int(row["steps"]), seconds=float(row["wall_time"]),
+        cost=Cost(steps=int(row["steps"]), seconds=share * float(row["wall_time"]),
                   evaluation_steps=int(row["evaluation_steps"])),
         failure=row["failure"], folder=folder,
     )  # fmt: skip
@@ -222,6 +225,8 @@ def recorded(robot: str, methods: Sequence[str] | None = None, *, folder: Path |
 def _merge(found: list[Results]) -> Results:
     """Puts runs together; a learner that is in several is taken once."""
     learners = {(one.method, one.seed): one for results in found for one in results.learners}
+    known = [r.expert_return for r in found if r.expert_return is not None]
     return Results(robot=found[0].robot, learners=tuple(learners.values()),
                    expert_steps=max(results.expert_steps for results in found),
+                   expert_return=next(iter(known), None),
                    commands=tuple(c for results in found for c in results.commands))  # fmt: skip

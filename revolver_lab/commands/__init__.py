@@ -1,0 +1,1 @@
+"""The commands of `revolver-lab`, a module for each thing one does with a robot."""

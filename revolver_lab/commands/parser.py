@@ -1,0 +1,119 @@
+"""Every command with its arguments; what a command does is imported when it is asked for."""
+
+import argparse
+from pathlib import Path
+
+Commands = argparse._SubParsersAction
+Parser = argparse.ArgumentParser
+
+_POLICY = '"expert", a policy file, or a run\'s folder and learner: FOLDER:METHOD-SEED'
+_SHARED = {
+    "robot": (("name",), {"metavar": "NAME", "help": "a robot that `list` shows"}),
+    "alpha": (("--alpha",), {"type": float, "nargs": "+", "help": "which robots, in [0, 1]"}),
+    "task": (("--task",), {"help": "which of the robot's rewards"}),
+    "seed": (("--seed",), {"type": int, "default": 0, "help": "seed of everything random (0)"}),
+    "steps": (("--steps",), {"type": int, "help": "environment steps"}),
+}
+
+
+def make_parser(description: str | None, version: str) -> Parser:
+    """Returns the parser; the parsed `run` names the function, "module:function".
+
+    Args:
+        description: Of the whole.
+        version: Of the package.
+    """
+    parser = Parser(prog="revolver-lab", description=description)
+    parser.add_argument("--version", action="version", version=version)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    for add in (_looking, _train_expert, _transfer, _judging, _runs):
+        add(commands)
+    return parser
+
+
+def _add(commands: Commands, name: str, run: str, summary: str, *shared: str) -> Parser:
+    """Adds a command with some of the shared arguments."""
+    command = commands.add_parser(name, help=summary, description=summary)
+    command.set_defaults(run=run)
+    for argument in shared:
+        flags, settings = _SHARED[argument]
+        command.add_argument(*flags, **settings)
+    return command
+
+
+def _looking(commands: Commands) -> None:
+    """Commands that look at robots."""
+    listing = _add(commands, "list", "looking:show_list", "the registered robots")
+    listing.add_argument("--short", action="store_true", help="names only")
+    _add(commands, "doctor", "looking:doctor",
+         "what was found here, and how to mend what is missing")  # fmt: skip
+    strip = _add(commands, "strip", "looking:strip", "pictures of a robot along alpha",
+                 "robot", "alpha")  # fmt: skip
+    _pictures(strip, "x.png", 240, 200)
+    gif = _add(commands, "gif", "looking:gif", "a film of a robot, or of a policy on it",
+               "robot", "alpha", "task", "seed", "steps")  # fmt: skip
+    _pictures(gif, "x.gif or x.mp4", 320, 240)
+    gif.add_argument("--policy", help=_POLICY)
+    gif.add_argument("--title", help="words under the pictures")
+    gif.add_argument("--fps", type=float, default=20, help="frames a second (20)")
+
+
+def _pictures(command: Parser, example: str, width: int, height: int) -> None:
+    """Adds the arguments of the commands that draw."""
+    command.add_argument("-o", "--out", required=True, help=example)
+    for side, usual in (("width", width), ("height", height)):
+        about = f"of one picture [pixels] ({usual})"
+        command.add_argument(f"--{side}", type=int, default=usual, help=about)
+
+
+def _train_expert(commands: Commands) -> None:
+    """The command that trains an expert."""
+    train = _add(commands, "train-expert", "training:train_expert",
+                 "train an expert on the source robot", "robot", "seed")  # fmt: skip
+    train.add_argument("-o", "--out", required=True, help="folder for the policy and its card")
+
+
+def _transfer(commands: Commands) -> None:
+    """The command that transfers."""
+    move = _add(commands, "transfer", "training:transfer", "carry an expert to the target robot: "
+                "one learner into a folder (--method), or methods times seeds as a run "
+                "(--methods)", "steps")  # fmt: skip
+    move.add_argument("name", metavar="NAME", nargs="?", help="a robot that `list` shows")
+    move.add_argument("--policy", default="expert", help=_POLICY)
+    one = move.add_argument_group("one learner")
+    one.add_argument("--method", help="revolver (if nothing is said), direct, scratch, ...")
+    one.add_argument("--seed", type=int, help="seed of everything random (0)")
+    one.add_argument("-o", "--out", help="folder for the log and the policy")
+    many = move.add_argument_group("a run")
+    many.add_argument("--methods", nargs="+", help="what is compared")
+    many.add_argument("--seeds", type=int, nargs="+", help="seeds of every method")
+    many.add_argument("--plan", type=Path, help="the config.json of a run, to train it again")
+    many.add_argument("--processes", type=int, help="workers (2)")
+    many.add_argument("--root", type=Path, help="where runs are (out/runs)")
+    many.add_argument("--every", type=float, default=60.0, help="seconds between checkpoints (60)")
+
+
+def _judging(commands: Commands) -> None:
+    """The command that evaluates a policy."""
+    judge = _add(commands, "evaluate", "reporting:evaluate", "returns of a policy along alpha",
+                 "robot", "alpha", "task", "seed")  # fmt: skip
+    judge.add_argument("--policy", default="expert", help=_POLICY)
+    judge.add_argument("--episodes", type=int, default=10, help="episodes on each robot (10)")
+
+
+def _runs(commands: Commands) -> None:
+    """Commands that read runs."""
+    tell = _add(commands, "report", "reporting:report",
+                "the table of runs, with intervals, seeds and cost")  # fmt: skip
+    which = "a run's folder, or a robot's name for what is recorded of it"
+    tell.add_argument("runs", metavar="RUN", nargs="+", help=which)
+    tell.add_argument("--threshold", type=float, help="mean return from which on a learner "
+                      "succeeds (half of what the expert earns on its own robot)")  # fmt: skip
+    tell.add_argument("--csv", type=Path, help="a file for the table")
+    store = _add(commands, "keep", "reporting:keep", "copy finished runs, without what is large")
+    store.add_argument("runs", metavar="FOLDER", nargs="+", type=Path, help="a run's folder")
+    store.add_argument("-o", "--out", type=Path, required=True, help="folder of recorded runs")
+    board = _add(commands, "tensorboard", "reporting:tensorboard",
+                 "event files of what a run holds so far")  # fmt: skip
+    board.add_argument("folder", metavar="FOLDER", type=Path, help="a run's folder")
+    board.add_argument("-o", "--out", type=Path, help="where they go (FOLDER/tensorboard)")

@@ -1,0 +1,68 @@
+"""Commands that tell what came out: evaluate, report, keep, tensorboard."""
+
+from pathlib import Path
+
+import revolver_lab as rvl
+from revolver_lab import runs
+from revolver_lab.commands.parts import Arguments, policy_of, training, wrote
+from revolver_lab.errors import SettingsError
+from revolver_lab.logs import write_table
+from revolver_lab.runs import Results, Run, recorded
+from revolver_lab.runs.so_far import so_far
+from revolver_lab.runs.store import CONFIG
+from revolver_lab.runs.summary import describe, rows
+
+
+def evaluate(arguments: Arguments) -> int:
+    """Prints unshaped returns of a policy along alpha."""
+    alphas = arguments.alpha or list(rvl.lab.ALPHAS)
+    policy = policy_of(arguments.name, arguments.policy)
+    returns = rvl.evaluate(
+        policy, arguments.name, alphas, arguments.episodes, arguments.seed, task=arguments.task
+    )
+    print("alpha   mean return   lowest   highest")
+    for alpha, row in zip(alphas, returns, strict=True):
+        print(f"{alpha:<7.4g} {row.mean():<13.4g} {row.min():<8.4g} {row.max():.4g}")
+    return 0
+
+
+def report(arguments: Arguments) -> int:
+    """Prints one table a run, and writes one file for all."""
+    found = [(name, _results(name)) for name in arguments.runs]
+    for name, results in found:
+        print(f"{results.robot}: {name}" if name != results.robot else name)
+        print(describe(results, arguments.threshold), end="\n\n" if len(found) > 1 else "\n")
+    if arguments.csv is None:
+        return 0
+    table = [{"run": name} | row for name, results in found
+             for row in rows(results, arguments.threshold)]  # fmt: skip
+    return wrote(write_table(arguments.csv, table))
+
+
+def _results(given: str) -> Results:
+    """Results of a folder, or of a robot's recorded runs."""
+    if (Path(given) / CONFIG).is_file():
+        return Run.open(given).results()
+    if Path(given).name in rvl.names() and not Path(given).is_dir():
+        return recorded(given)
+    raise SettingsError(f"run {given!r}", f"a run's folder, or one of {rvl.names()}",
+                        "Runs are in out/runs; recorded ones go by their robot.")  # fmt: skip
+
+
+def keep(arguments: Arguments) -> int:
+    """Copies runs into a folder of recorded ones."""
+    for folder in arguments.runs:
+        wrote(runs.keep(folder, arguments.out))
+    return 0
+
+
+def tensorboard(arguments: Arguments) -> int:
+    """Writes event files, again from the beginning each time."""
+    out = arguments.out or arguments.folder / "tensorboard"
+    learners = so_far(arguments.folder)
+    with training():
+        from revolver_lab.learners.tensorboard import write_events
+
+        write_events(out, learners)
+    print(f"Look: tensorboard --logdir {out}")
+    return 0

@@ -1,0 +1,122 @@
+"""Commands that train: train-expert, transfer."""
+
+import sys
+from collections.abc import Callable
+
+import numpy as np
+
+import revolver_lab as rvl
+from revolver_lab.commands.parts import Arguments, policy_of, shown, training, wrote
+from revolver_lab.errors import SettingsError
+from revolver_lab.methods import method
+from revolver_lab.policies import Policy
+from revolver_lab.progress import ProgressLines
+from revolver_lab.recorder import Progress
+from revolver_lab.runs import Plan, Run, Status
+from revolver_lab.runs.run import PROCESSES, ROOT
+from revolver_lab.runs.store import CONFIG, read_plan
+from revolver_lab.runs.summary import describe
+from revolver_lab.weights import digest
+
+
+def train_expert(arguments: Arguments) -> int:
+    """Trains the expert of a robot."""
+    with training():
+        rvl.train_expert(
+            arguments.name, seed=arguments.seed, out=arguments.out, progress=shown(arguments.name)
+        )
+    return wrote(arguments.out)
+
+
+def transfer(arguments: Arguments) -> int:
+    """Trains one learner, or a run of many."""
+    one = {f"--{k}" for k in ("method", "seed", "out") if getattr(arguments, k) is not None}
+    many = {f"--{k}" for k in ("methods", "seeds", "plan") if getattr(arguments, k) is not None}
+    planned = arguments.plan is not None and (arguments.name or arguments.steps or len(many) > 1)
+    if (one and many) or planned or not (arguments.name or arguments.plan):
+        raise SettingsError(
+            f"transfer {arguments.name or ''} {' '.join(sorted(one | many))}",
+            "NAME with --method, --seed, --out; or NAME with --methods, --seeds; or --plan alone",
+            "Try: revolver-lab transfer cheetah-front-leg --methods direct revolver --seeds 0 1 2.",
+        )
+    with training():
+        return _run(arguments) if many else _one(arguments)
+
+
+def _one(arguments: Arguments) -> int:
+    """One learner, into a folder of its own."""
+    chosen = method(arguments.method or "revolver")
+    expert = policy_of(arguments.name, arguments.policy) if chosen.expert else None
+    log = rvl.transfer(
+        expert, arguments.name, chosen, steps=arguments.steps, seed=arguments.seed or 0,
+        progress=shown(arguments.name), out=arguments.out,
+    )  # fmt: skip
+    print(f"{chosen.name} on {log.robot}: {log.steps} steps, {log.wall_time:.0f} s")
+    for found in log.evaluations[-1:]:
+        print(f"mean return on the target {found.mean:.4g}")
+    return wrote(arguments.out)
+
+
+def _run(arguments: Arguments) -> int:
+    """Methods times seeds, into a run's folder; the same run is found again."""
+    plan, expert = _plan(arguments)
+    run = Run(plan, root=arguments.root or ROOT, expert=expert)
+    if run.status().state != "finished":
+        print(f"{len(plan.members)} learners into {run.folder}", file=sys.stderr)
+        run.start(
+            processes=PROCESSES if arguments.processes is None else arguments.processes,
+            every=arguments.every,
+        )
+    try:
+        results = run.wait(progress=_told())
+    except KeyboardInterrupt:
+        print("A checkpoint is written; the same command goes on from it.", file=sys.stderr)
+        raise
+    print(run.folder)
+    print(describe(results))
+    return 0
+
+
+def _plan(arguments: Arguments) -> tuple[Plan, Policy | None]:
+    """What to train, and the expert if it is not the shipped one."""
+    if arguments.plan is not None:
+        folder = arguments.plan.parent if arguments.plan.name == CONFIG else arguments.plan
+        plan = read_plan(folder)
+    else:
+        plan = Plan(robot=arguments.name, methods=arguments.methods or ["revolver"],
+                    seeds=[0] if arguments.seeds is None else arguments.seeds,
+                    steps=Plan.steps if arguments.steps is None else arguments.steps,
+                    expert=_hash(arguments))  # fmt: skip
+    own = arguments.policy != "expert"
+    return plan, policy_of(plan.robot, arguments.policy) if own else None
+
+
+def _hash(arguments: Arguments) -> str | None:
+    """The hash of an expert of one's own; None is the shipped one."""
+    if arguments.policy == "expert":
+        return None
+    return digest(policy_of(arguments.name, arguments.policy).weights)
+
+
+def _told() -> Callable[[Status], None]:
+    """A callback that tells on stderr how a run is doing: a line for each method."""
+    lines = ProgressLines(sys.stderr)
+
+    def tell(status: Status) -> None:
+        if status.state == "running" and status.steps:
+            names = dict.fromkeys(one.method for one in status.learners)
+            lines.show({name: _average(status, name) for name in names})
+
+    return tell
+
+
+def _average(status: Status, name: str) -> Progress:
+    """How the learners of a method are doing, on average."""
+    some = [one for one in status.learners if one.method == name]
+    returns = [one.episode_return for one in some if one.episode_return is not None]
+    return Progress(
+        phase=round(np.mean([one.phase for one in some])), phases=some[0].phases,
+        alpha=float(np.mean([one.alpha for one in some])), steps=sum(one.steps for one in some),
+        episode_return=float(np.mean(returns)) if returns else float("nan"),
+        seconds=status.seconds, seconds_left=status.seconds_left,
+    )  # fmt: skip

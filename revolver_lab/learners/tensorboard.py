@@ -1,0 +1,61 @@
+"""Event files for TensorBoard, written from what a run's folder holds."""
+
+import math
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+from revolver_lab.errors import MissingExtraError
+
+_FROM_PHASES = ("alpha", "episode_return", "mean_beta", "kept")
+
+
+class Curves(Protocol):
+    """What is drawn of one learner; see `revolver_lab.runs.so_far.Curves`."""
+
+    method: str
+    seed: int
+    phases: Sequence[Mapping[str, Any]]
+    evaluations: Sequence[tuple[int, float]]
+
+
+def write_events(folder: str | Path, learners: Iterable[Any]) -> Path:
+    """Writes a folder of event files a learner: METHOD/SEED; what was there is written anew.
+
+    Args:
+        folder: Where they go.
+        learners: Any number of `Curves`.
+
+    Returns:
+        The folder.
+
+    Raises:
+        MissingExtraError: If tensorboard is not installed.
+    """
+    try:
+        from torch.utils.tensorboard import SummaryWriter
+    except ImportError as problem:
+        raise MissingExtraError(
+            f"{problem.name or 'tensorboard'} is missing", "the tensorboard extra",
+            "Install it: pip install 'revolver-lab[tensorboard]'.",
+        ) from problem  # fmt: skip
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    for one in learners:
+        place = folder / one.method / str(one.seed)
+        shutil.rmtree(place, ignore_errors=True)
+        with SummaryWriter(str(place)) as writer:
+            _write(writer, one)
+    return folder
+
+
+def _write(writer: Any, one: Curves) -> None:
+    """Writes the numbers of one learner, against its environment steps."""
+    for phase in one.phases:
+        for name in _FROM_PHASES:
+            value = phase[name]
+            if value is not None and math.isfinite(value):
+                writer.add_scalar(f"phase/{name}", value, int(phase["steps"]))
+    for steps, value in one.evaluations:
+        writer.add_scalar("target/mean_return", value, steps)

@@ -1,0 +1,69 @@
+"""The curves of a run at any moment: whether it is new, running, stopped or finished."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from revolver_lab.runs import checkpoint, store
+from revolver_lab.runs.results import read_results
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Curves:
+    """What one learner has been through so far; every return is unshaped.
+
+    Attributes:
+        method: Name of its method.
+        seed: Its seed.
+        phases: One dictionary a phase that is over, see `revolver_lab.logs.Phase`.
+        evaluations: Environment steps and mean return on the target, of each evaluation.
+    """
+
+    method: str
+    seed: int
+    phases: tuple[dict[str, Any], ...]
+    evaluations: tuple[tuple[int, float], ...]
+
+
+def so_far(folder: str | Path) -> tuple[Curves, ...]:
+    """Returns the curves of a run; those of a running one are as old as its checkpoints.
+
+    Args:
+        folder: The run's.
+
+    Returns:
+        One record a learner that has anything to show, in the order of the plan.
+
+    Raises:
+        SettingsError: If there is no run, or one of another version.
+    """
+    folder = Path(folder)
+    plan = store.read_plan(folder)
+    if (folder / store.CARD).exists():
+        return tuple(
+            Curves(method=one.method, seed=one.seed, phases=one.phases,
+                   evaluations=tuple(zip(one.steps.tolist(), one.curve.tolist())))
+            for one in read_results(folder).learners
+        )  # fmt: skip
+    found: dict[str, Curves] = {}
+    for shard in range(store.count_shards(folder)):
+        found |= _shard(folder, shard)
+    return tuple(found[m.name] for m in plan.members if m.name in found)
+
+
+def _shard(folder: Path, shard: int) -> dict[str, Curves]:
+    """Returns the curves of one shard's learners, by name."""
+    work, plan = store.shard_folder(folder, shard), store.read_plan(folder)
+    if (work / store.DONE).exists():
+        logs = store.read_json(work / store.DONE)["learners"]
+    else:
+        logs = checkpoint.read_logs(work)
+    members = store.shard_members(folder, plan, shard)
+    return {
+        member.name: Curves(
+            method=member.method.name, seed=member.seed, phases=tuple(log["phases"]),
+            evaluations=tuple((e["steps"], sum(e["returns"]) / len(e["returns"]))
+                              for e in log["evaluations"]),
+        )
+        for member, log in zip(members, logs)
+    }  # fmt: skip

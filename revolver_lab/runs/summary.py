@@ -1,0 +1,77 @@
+"""Results as a small table: one row a method, with its interval, seeds, successes and cost."""
+
+from typing import Any
+
+from revolver_lab import stats
+from revolver_lab.runs.results import Results
+
+SUCCESS = 0.5
+"""A learner succeeds with this fraction of what the expert earns on its own robot, at least."""
+
+
+def rows(results: Results, threshold: float | None = None) -> list[dict[str, Any]]:
+    """Returns one row a method.
+
+    Args:
+        results: Of a run, or of several put together.
+        threshold: Mean unshaped return on the target from which on a learner succeeds; None is
+            half of what the expert earns on the source robot, where that is known.
+
+    Returns:
+        Robot, method, seeds, mean and IQM of the learners' returns with 95 % intervals, the
+        fraction that succeeded with its own, and environment steps.
+    """
+    if threshold is None and (results.expert_return or 0) > 0:
+        threshold = SUCCESS * (results.expert_return or 0)
+    return [_row(results, method, threshold) for method in results.methods]
+
+
+def _row(results: Results, method: str, threshold: float | None) -> dict[str, Any]:
+    """Returns the row of one method."""
+    scores = results.scores([method])[method]
+    row: dict[str, Any] = {"robot": results.robot, "method": method, "seeds": len(scores)}
+    for statistic in ("mean", "iqm"):
+        found = stats.interval(scores, statistic)
+        row |= {statistic: found.value, f"{statistic}_low": found.low,
+                f"{statistic}_high": found.high}  # fmt: skip
+    names = ("success", "success_low", "success_high", "threshold")
+    row |= dict.fromkeys(names)
+    if threshold is not None:
+        won = stats.success(scores >= threshold)
+        row |= dict(zip(names, (won.value, won.low, won.high, threshold)))
+    return row | {
+        "steps": sum(one.cost.steps for one in results.of(method)),
+        "evaluation_steps": sum(one.cost.evaluation_steps for one in results.of(method)),
+        "failures": sum(bool(one.failure) for one in results.of(method)),
+    }
+
+
+def describe(results: Results, threshold: float | None = None) -> str:
+    """Returns the table as text, with what it cost and how to train it again.
+
+    Args:
+        results: Of a run, or of several put together.
+        threshold: As in `rows`.
+    """
+    table = rows(results, threshold)
+    width = max(6, *(len(row["method"]) for row in table))
+    lines = [f"{'method':<{width}}  seeds    mean  95 % interval    success  95 % interval"]
+    lines += [f"{row['method']:<{width}}  {_text(row)}" for row in table]
+    lines += [f"{one.method}-{one.seed} was stopped: {one.failure}"
+              for one in results.learners if one.failure]  # fmt: skip
+    if table[0]["threshold"] is not None:
+        lines.append(f"success: a mean return of {table[0]['threshold']:.4g} or more on the target")
+    return "\n".join([*lines, f"cost: {results.cost}", *results.commands])
+
+
+def _text(row: dict[str, Any]) -> str:
+    """Returns the numbers of a row; one seed has no interval."""
+
+    def ends(name: str) -> str:
+        known = row["seeds"] > 1 or name == "success"
+        return f"{row[f'{name}_low']:.4g} to {row[f'{name}_high']:.4g}" if known else "one seed"
+
+    shown = f"{row['seeds']:>5}  {row['mean']:>6.4g}  {ends('mean'):<15}"
+    if row["success"] is None:
+        return f"{shown}  {'-':>7}"
+    return f"{shown}  {row['success']:>7.0%}  {row['success_low']:.0%} to {row['success_high']:.0%}"
