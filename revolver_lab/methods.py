@@ -72,6 +72,7 @@ class Member:
 _PATH = Schedule(episodes_per_phase=8, final_episodes=160)
 _TARGET_ONLY = Schedule(alpha_start=1.0, final_episodes=360)
 _ONE_PHASE = 8 * 200  # transitions that one phase of a cheetah collects
+_LONG = {"alpha_step": 0.08, "episodes_per_phase": 16}
 
 
 def _path(**changes: object) -> Schedule:
@@ -89,6 +90,13 @@ _ROWS = (
     Method(name="deterministic-equal",
            schedule=_path(xi=0.0, window=math.inf, latest=_ONE_PHASE)),
     Method(name="revolver-equal", schedule=_path(window=math.inf, latest=_ONE_PHASE)),
+    *(Method(name=f"xi-{xi:g}-equal", schedule=_path(xi=xi, window=math.inf, latest=_ONE_PHASE))
+      for xi in (0.06, 0.3)),
+    # Half as many phases, each twice as long and as far; and one shorter than an episode.
+    Method(name="deterministic-long", schedule=_path(xi=0.0, **_LONG)),
+    Method(name="revolver-long", schedule=_path(**_LONG)),
+    Method(name="short-phases",
+           schedule=_path(alpha_step=0.02, phase_steps=_ONE_PHASE // 2, short_phases=True)),
     # Shaping: the paper's form, and the two that keep the size of the reward.
     Method(name="revolver-h1", schedule=_path(shaping=1.0)),
     Method(name="revolver-h1-relative", schedule=_path(shaping=1.0, shaping_form="relative")),
