@@ -1,0 +1,313 @@
+"""NPG, DAPG and SOIL: trajectories, updates, equalities bit for bit, and learning."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from natural_puck import EXPERT, LENGTH, Barren, Failing, Reach, feedback, puck
+
+from revolver_lab.demonstration_sources import record
+from revolver_lab.envs import snapshot
+from revolver_lab.envs.vector import make_vec_env
+from revolver_lab.errors import (
+    DemonstrationsError,
+    PolicyFileError,
+    SettingsError,
+    UnknownNameError,
+)
+from revolver_lab.learners.natural import gaussian
+from revolver_lab.learners.natural.algorithms import ALGORITHMS, make_learner
+from revolver_lab.learners.natural.dapg import DAPG, imitation_weight
+from revolver_lab.learners.natural.npg import NPG
+from revolver_lab.learners.natural.settings import PILOT, PUBLISHED, NaturalSettings
+from revolver_lab.learners.natural.soil import SOIL
+from revolver_lab.policies import Policy
+from revolver_lab.trajectories import Success, sample
+
+TINY = NaturalSettings(
+    trajectories=8, length=LENGTH, hidden=(8,), value_hidden=(16,), warm_batches=2,
+    inverse_hidden=(16,), gamma=0.97, value_batch=32, inverse_epochs=5,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def evolve():
+    return puck()
+
+
+@pytest.fixture(scope="module")
+def teacher(evolve):
+    return record(EXPERT, evolve, 20, task=Reach())
+
+
+def environment(evolve, task=None, n=8, alphas=0.0):
+    return make_vec_env(evolve, n, task=task or Reach(), alphas=alphas, seed=0, nthread=1,
+                        autoreset_mode="NextStep")  # fmt: skip
+
+
+def window(simulation, rng):
+    return rng.uniform(0.2, 0.5)
+
+
+def same(one, other):
+    """Whether two learners are equal to the last bit."""
+    arrays, plain = one.state()
+    others, other_plain = other.state()
+    shared = set(arrays) & set(others)
+    assert {k for k in arrays if not k.startswith(("inverse", "memory"))} <= shared
+    return all(np.array_equal(arrays[k], others[k]) for k in shared if "inverse" not in k) and (
+        plain["streams"]["actions"] == other_plain["streams"]["actions"]
+    )
+
+
+def test_a_trajectory_is_what_a_loop_over_single_steps_sees(evolve):
+    act = lambda _, seen: EXPERT(seen)  # noqa: E731
+    played = sample(environment(evolve, n=3), act, LENGTH)
+    env = environment(evolve, n=3)
+    seen, _ = env.reset()
+    for t in range(LENGTH):
+        assert np.array_equal(played.observations[t], seen)
+        seen, reward, *_ = env.step(EXPERT(seen))
+        assert np.array_equal(played.rewards[t], reward)
+        assert np.array_equal(played.observations[t + 1], seen)
+    held = (np.abs(played.observations[1:, :, 0]) < 0.3).sum(axis=0)
+    assert np.array_equal(played.goal_steps, held)
+    assert played.steps == 3 * LENGTH
+
+
+def test_trajectories_end_where_they_fail_and_the_others_go_on(evolve):
+    away = feedback([3.0, 3.0])
+    env = environment(evolve, Failing())
+    played = sample(env, lambda _, seen: away(seen), LENGTH)
+    assert played.terminated.all()
+    assert played.lengths.min() < played.lengths.max() < LENGTH
+    for i, length in enumerate(played.lengths):
+        x = np.abs(played.observations[: length + 1, i, 0])
+        assert x[-1] > 2.5
+        assert (x[:-1] <= 2.5).all()
+        assert not played.rewards[length:, i].any()
+    assert played.inside.sum() == played.steps == played.lengths.sum()
+    assert not env.halted.any()
+
+
+def test_every_trajectory_runs_on_its_own_robot(evolve):
+    env = environment(evolve)
+    npg = NPG(2, 1, TINY)
+    first, second = (npg.iterate(env, window).betas for _ in range(2))
+    assert len(np.unique([*first, *second])) == 16
+    assert (first >= 0.2).all()
+    assert (first <= 0.5).all()
+    report = npg.iterate(env, lambda simulation, rng: 1.0)
+    assert (report.betas == 1).all()
+
+
+def test_shorter_trajectories_than_episodes_are_no_failures(evolve):
+    npg = NPG(2, 1, dataclasses.replace(TINY, length=7))
+    played = npg.sample(environment(evolve))
+    assert (played.lengths == 7).all()
+    assert not played.terminated.any()
+
+
+def test_an_iteration_moves_by_the_kl_that_was_asked_for(evolve):
+    npg = NPG(2, 1, dataclasses.replace(TINY, step_size=0.01))
+    npg.adopt(EXPERT)
+    report = npg.iterate(environment(evolve), window)
+    assert report.kl == pytest.approx(0.005, rel=0.15)
+    assert report.steps == 3 * 8 * LENGTH  # two batches to warm up, and this one
+    assert report.finite
+
+
+def test_where_nothing_was_ever_earned_the_policy_stays(evolve):
+    npg = NPG(2, 1, TINY)
+    before = npg.policy()
+    for _ in range(2):
+        assert npg.iterate(environment(evolve, Barren()), window).kl == 0
+    after = npg.policy()
+    assert all(np.array_equal(after.weights[k], v) for k, v in before.weights.items())
+
+
+def test_log_std_is_learnt_and_stops_at_the_floor(evolve):
+    npg = NPG(2, 1, dataclasses.replace(TINY, log_std_floor=-0.5, step_size=0.2))
+    npg.adopt(feedback([-2.0, -1.5], log_std=-0.5))
+    spreads = [npg.iterate(environment(evolve), window).log_std for _ in range(6)]
+    assert min(spreads) == -0.5
+    free = NPG(2, 1, dataclasses.replace(TINY, log_std_floor=-3.0, step_size=0.2))
+    free.adopt(feedback([-2.0, -1.5], log_std=-0.5))
+    assert min(free.iterate(environment(evolve), window).log_std for _ in range(6)) < -0.5
+
+
+def test_shaping_weighs_later_robots_more(evolve):
+    def features_and_targets(shaping):
+        npg = NPG(2, 1, dataclasses.replace(TINY, warm_batches=0, bootstrap=False))
+        npg.adopt(EXPERT)
+        npg.iterate(environment(evolve), window, shaping=shaping)
+        return npg.value.state()[0]
+
+    plain, shaped = features_and_targets(0.0), features_and_targets(2.0)
+    beta = plain["last_x"][:, -1]
+    assert np.allclose(shaped["last_y"][:, 0], np.exp(2 * beta) * plain["last_y"][:, 0], rtol=1e-5)
+
+
+def test_the_value_net_knows_the_time_and_can_be_kept_from_the_robot(evolve):
+    npg, blind = NPG(2, 1, TINY), NPG(2, 1, dataclasses.replace(TINY, value_beta=False))
+    env = environment(evolve)
+    env.draw_alpha = window
+    batch = npg.sample(env)
+    known, less = npg.value.features(batch), blind.value.features(batch)
+    assert np.array_equal(known[..., :-1], less)
+    assert np.allclose(known[:, :, -1], batch.betas)
+    assert np.allclose(known[5, :, 2:5], [0.25, 0.25**2, 0.25**3])
+
+
+def test_the_value_net_foresees_the_experts_returns_once_it_is_warm(evolve):
+    npg = NPG(2, 1, dataclasses.replace(TINY, warm_batches=8, warm_epochs=60))
+    npg.adopt(EXPERT)
+    assert npg.iterate(environment(evolve), lambda *_: 0.0).explained > 0.7
+
+
+def test_dapg_without_demonstrations_is_npg_bit_for_bit(evolve, teacher):
+    npg, dapg = NPG(2, 1, TINY), DAPG(2, 1, TINY, demonstrations=None)
+    with_some = DAPG(2, 1, TINY, demonstrations=teacher)
+    for learner in (npg, dapg, with_some):
+        env = environment(evolve)
+        for _ in range(3):
+            learner.iterate(env, window)
+    assert same(npg, dapg)
+    assert not same(npg, with_some)
+
+
+@pytest.mark.parametrize("kind", [DAPG, SOIL])
+def test_imitation_of_no_weight_is_npg_bit_for_bit(evolve, teacher, kind):
+    npg = NPG(2, 1, TINY)
+    still = kind(2, 1, dataclasses.replace(TINY, imitation_weight=0.0), demonstrations=teacher)
+    weighty = kind(2, 1, TINY, demonstrations=teacher)
+    for learner in (npg, still, weighty):
+        env = environment(evolve)
+        for _ in range(3):
+            learner.iterate(env, window)
+    assert same(npg, still)
+    assert not same(npg, weighty)
+
+
+def test_imitation_fades_and_needs_no_reward():
+    advantages = np.array([-1.0, 3.0, 0.5])
+    weights = [imitation_weight(PILOT, k, advantages) for k in (0, 1, 10)]
+    assert np.allclose(weights, [0.3, 0.3 * 0.95, 0.3 * 0.95**10])
+    assert imitation_weight(PILOT, 0, np.zeros(3)) == 0.1
+
+
+@pytest.mark.parametrize("kind", [DAPG, SOIL])
+def test_a_teacher_moves_the_policy_even_without_reward(evolve, teacher, kind):
+    learner = kind(2, 1, TINY, demonstrations=teacher)
+    env = environment(evolve, Barren())
+
+    def likelihood():
+        mean = learner.actor.mean(teacher.observations)
+        return gaussian.log_density(teacher.actions, mean, learner.actor.log_std).mean()
+
+    found = [likelihood()]
+    for _ in range(6):
+        assert learner.iterate(env, lambda *_: 0.0).kl > 0
+        found.append(likelihood())
+    assert found[-1] > found[0] + 0.1
+    assert found[1] > found[0] or kind is SOIL  # SOIL has to learn its model first
+
+
+def test_soils_inverse_model_tells_the_action_between_two_states(evolve, teacher):
+    # On the target the motor pushes the other way: the teacher's own actions would be wrong.
+    soil = SOIL(2, 1, TINY, demonstrations=teacher)
+    env = environment(evolve, alphas=1.0)
+    for _ in range(25):
+        soil.iterate(env)
+    pairs = np.concatenate(
+        [teacher.observations, teacher.next_observations - teacher.observations], axis=1
+    )
+    told = soil.inverse.predict(pairs)[:, 0]
+    assert np.corrcoef(told, teacher.actions[:, 0])[0, 1] < -0.5
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_a_resumed_learner_goes_on_bit_for_bit(evolve, teacher, algorithm):
+    demonstrations = None if algorithm == "NPG" else teacher
+    whole, half, rest = (
+        make_learner(algorithm, 2, 1, TINY, demonstrations=demonstrations, seed=s)
+        for s in (3, 3, 9)
+    )
+    env = environment(evolve)
+    for _ in range(4):
+        whole.iterate(env, window)
+    env = environment(evolve)
+    for _ in range(2):
+        half.iterate(env, window)
+    held, other = snapshot.take(env), environment(evolve)
+    snapshot.put_back(other, *held)
+    rest.restore(*half.state())
+    for _ in range(2):
+        rest.iterate(other, window)
+    assert same(whole, rest)
+    arrays, others = whole.state()[0], rest.state()[0]
+    assert set(arrays) == set(others)
+    assert all(np.array_equal(v, others[k]) for k, v in arrays.items())
+
+
+def test_what_travels_along_is_not_in_the_way(evolve):
+    npg = NPG(2, 1, TINY)
+    npg.iterate(environment(evolve), window)
+    full = npg.policy(value=True)
+    assert any(name.startswith("value.") for name in full.weights)
+    seen = np.ones((3, 2), np.float32)
+    assert np.array_equal(full(seen), full.without_critic()(seen))
+    assert set(full.without_critic().weights) == set(npg.policy().weights)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_all_three_learn_the_task_from_scratch(evolve, teacher, algorithm):
+    demonstrations = None if algorithm == "NPG" else teacher
+    settings = dataclasses.replace(TINY, trajectories=32, hidden=(16,))
+    learner = make_learner(algorithm, 2, 1, settings, demonstrations=demonstrations, seed=1)
+    env = environment(evolve, n=32)
+    success = [learner.iterate(env, lambda *_: 0.0).success for _ in range(50)]
+    assert np.mean(success[:2]) < 0.5
+    assert np.mean(success[-5:]) > 0.9
+
+
+def test_success_can_be_the_tasks_goal_or_a_return(evolve):
+    env = environment(evolve)
+    played = sample(env, lambda _, seen: EXPERT(seen), LENGTH)
+    assert np.array_equal(Success()(env, played), played.goal_steps > 5)
+    assert np.array_equal(Success(goal_steps=12)(env, played), played.goal_steps > 12)
+    assert np.array_equal(Success(least_return=9.0)(env, played), played.returns >= 9)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"trajectories": 0}, {"length": 1.5}, {"step_size": 0.0}, {"gamma": 1.1}, {"gae": -0.1},
+        {"damping": -1}, {"hidden": ()}, {"bootstrap": 1}, {"log_std_floor": 1.0},
+        {"warm_batches": -1}, {"imitation_decay": float("nan")}, {"value_beta": None},
+    ],
+)  # fmt: skip
+def test_settings_that_cannot_work_are_refused_by_name(changes):
+    with pytest.raises(SettingsError) as caught:
+        NaturalSettings(**changes)
+    assert "log_std_start" in str(caught.value) or next(iter(changes)) in str(caught.value)
+
+
+def test_settings_travel_as_json():
+    assert NaturalSettings.from_json(PUBLISHED.to_json()) == PUBLISHED
+    assert not PUBLISHED.bootstrap
+
+
+def test_what_does_not_fit_is_refused(evolve, teacher):
+    with pytest.raises(PolicyFileError, match="squashed_gaussian"):
+        NPG(2, 1, TINY).adopt(
+            Policy(weights=EXPERT.parameters(), head="squashed_gaussian", activation="tanh")
+        )
+    with pytest.raises(PolicyFileError, match="2 observations"):
+        NPG(3, 1, TINY).adopt(EXPERT)
+    with pytest.raises(UnknownNameError, match="NPG, DAPG, SOIL"):
+        make_learner("PPO", 2, 1)
+    with pytest.raises(SettingsError, match="DAPG without demonstrations"):
+        make_learner("DAPG", 2, 1)
+    with pytest.raises(DemonstrationsError, match="3 observations"):
+        DAPG(3, 1, demonstrations=teacher)
