@@ -91,14 +91,14 @@ class Explorer:
         finer = _FINER if full and self.live else 1
         stage.resize(*(round(side * finer) for side in size))
         stage.effects(full)
-        words, pose = f"alpha {alpha:.2f}", None
+        words, pose, places = f"alpha {alpha:.2f}", None, None
         if step is not None:
             run = self.rollout(alpha)
             step = min(step, len(run.rewards) - 1)
             earned = float(run.rewards[: step + 1].sum())
-            pose = run.qpos[step]
+            pose, places = run.qpos[step], run.places
             words += f", {step * run.dt:.1f} s, reward {earned:.4g} of {run.score:.4g}"
-        pixels = stage.frame(alpha, pose, camera)
+        pixels = stage.frame(alpha, pose, camera, places)
         note = "" if self.live else f" ({NOTE})"
         doing = "standing" if pose is None or not self.live else "as its policy moves it"
         alt = f"{self.evolve.name}, {doing}, {words}, camera {camera}{note}"

@@ -139,7 +139,7 @@ def _moment(stage: Stage | Recorded, run: Rollout, time: float) -> np.ndarray:
     row = run.row(time)
     earned = float(run.rewards[: row + 1].sum())
     words = f"alpha {run.alpha:.2g}   reward {earned:.4g}"
-    picture = stage.frame(run.alpha, run.qpos[row])
+    picture = stage.frame(run.alpha, run.qpos[row], places=run.places)
     if not run.title:
         return _panel(picture, words, "", run.alpha)
     under = captions.bar(picture.shape[1], words)

@@ -12,7 +12,7 @@ from revolver_lab.lab.cameras import fitted
 from revolver_lab.lab.scenery import Scenery
 
 FIT = "fit"
-"""Name of the camera that is fitted to the robot and follows it."""
+"""Name of the camera that is fitted to the robot and follows it; a model may bring its own."""
 
 _MAX_GEOMS = 10_000
 _POSES = 128  # remembered for a slider of 101 values
@@ -65,6 +65,7 @@ class Stage:
         self._evolve = None if isinstance(robot, mujoco.MjModel) else robot
         self.model = robot.model(0.0) if isinstance(robot, Movable) else copy.copy(robot)
         self.data = mujoco.MjData(self.model)
+        self._places = self.data.mocap_pos.copy()
         self.alpha = 0.0
         self._poses: dict[float, np.ndarray] = {}
         self._size = _checked_size(width, height)
@@ -97,6 +98,7 @@ class Stage:
         alpha: float | None = None,
         qpos: np.ndarray | None = None,
         camera: str | int | None = None,
+        places: np.ndarray | None = None,
     ) -> np.ndarray:
         """Draw the robot.
 
@@ -104,6 +106,7 @@ class Stage:
             alpha: Evolution parameter in [0, 1]; by default the robot stays as it is.
             qpos: Pose, (nq,); by default the robot stands on the floor.
             camera: Another camera than the stage's.
+            places: Of the mocap bodies, (nmocap, 3) [m]; by default where the model has them.
 
         Returns:
             Picture, (height, width, 3) uint8.
@@ -113,11 +116,16 @@ class Stage:
             SettingsError: If qpos has another size.
             UnknownNameError: If the model has no such camera.
         """
-        self.move(alpha, qpos)
+        self.move(alpha, qpos, places)
         return self._draw(self._find_camera(self._camera if camera is None else camera))
 
-    def move(self, alpha: float | None = None, qpos: np.ndarray | None = None) -> None:
-        """Bring the live model to alpha and its data to qpos, without drawing."""
+    def move(
+        self,
+        alpha: float | None = None,
+        qpos: np.ndarray | None = None,
+        places: np.ndarray | None = None,
+    ) -> None:
+        """Bring the live model to alpha and its data to qpos and places, without drawing."""
         if alpha is not None and self._evolve is not None and alpha != self.alpha:
             self._evolve.write_model(self.model, alpha)
             self.alpha = alpha
@@ -128,6 +136,7 @@ class Stage:
                 f"qpos of shape {pose.shape}", f"({self.model.nq},)", "Record it on this robot."
             )
         self.data.qpos[:] = pose
+        self.data.mocap_pos[:] = self._places if places is None else places
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
@@ -202,9 +211,9 @@ class Stage:
 
     def _find_camera(self, camera: str | int) -> mujoco.MjvCamera:
         """The model's camera of that name or id, or the fitted one."""
-        if camera == FIT:
-            return fitted(self.model, self._box, self._size, self._where() - self._start)
         names = [self.model.camera(i).name for i in range(self.model.ncam)]
+        if camera == FIT and FIT not in names:
+            return fitted(self.model, self._box, self._size, self._where() - self._start)
         index = names.index(camera) if camera in names else camera
         if not isinstance(index, int) or not 0 <= index < self.model.ncam:
             choices = ", ".join([repr(name) for name in names] + [repr(FIT)])

@@ -13,7 +13,8 @@ def standing(model: mujoco.MjModel) -> np.ndarray:
     """Pose to show a robot in, with its lowest point on the floor.
 
     The pose is the keyframe "home" or "stand" where there is one, else the reference pose; joints
-    outside their range are moved to its edge. A robot fixed to the world is left where it is.
+    outside their range are moved to its edge. A robot that is fixed to the world, or guided by it
+    along a slide with limits, is left where it is.
 
     Args:
         model: Any robot; not changed.
@@ -97,7 +98,8 @@ def _vertical_coordinate(model: mujoco.MjModel) -> tuple[int, float] | None:
         kind, address = model.jnt_type[joint], int(model.jnt_qposadr[joint])
         if kind == _FREE:
             return address + 2, 1.0
-        if kind == _SLIDE and abs(model.jnt_axis[joint, 2]) > _FLAT:
+        upright = abs(model.jnt_axis[joint, 2]) > _FLAT and not model.jnt_limited[joint]
+        if kind == _SLIDE and upright:
             return address, float(np.sign(model.jnt_axis[joint, 2]))
     return None
 

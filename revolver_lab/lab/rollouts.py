@@ -21,6 +21,7 @@ class Rollout:
         alpha: Which of its robots, in [0, 1].
         qpos: Poses, (T, nq); the first is the pose before the first action.
         rewards: Unshaped rewards, (T,); the first is 0.
+        places: Where the mocap bodies were, (nmocap, 3) [m]; None where the robot has them.
         title: What to write under its picture.
         dt: Time between poses [s].
     """
@@ -29,6 +30,7 @@ class Rollout:
     alpha: float
     qpos: np.ndarray = field(repr=False)
     rewards: np.ndarray = field(repr=False)
+    places: np.ndarray | None = field(default=None, repr=False)
     title: str = ""
     dt: float = 0.05
 
@@ -99,5 +101,5 @@ def record(
         ended = terminated or truncated
     return Rollout(
         evolve=env.evolve, alpha=alpha, qpos=np.array(poses), rewards=np.array(rewards),
-        title=title, dt=env.task.step_seconds,
+        places=env.simulation.data.mocap_pos.copy(), title=title, dt=env.task.step_seconds,
     )  # fmt: skip

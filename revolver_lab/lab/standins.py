@@ -40,8 +40,9 @@ class Recorded:
         alpha: float | None = None,
         qpos: np.ndarray | None = None,
         camera: str | int | None = None,
+        places: np.ndarray | None = None,
     ) -> np.ndarray:
-        """The nearest recorded picture, (height, width, 3) uint8; `qpos`, `camera` are unused.
+        """The nearest recorded picture, (height, width, 3) uint8; only `alpha` is used.
 
         Raises:
             AlphaError: If alpha is outside [0, 1].

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import mujoco
 
     from revolver_lab.evolution.evolution import Evolution
+    from revolver_lab.evolution.ramps import RampSpec
     from revolver_lab.tasks.base import Task
 
 # Name -> where its record is. Nothing of it is imported before it is asked for.
@@ -25,6 +26,12 @@ RECORDS = {
     "ant-length-mass": "revolver_lab.robots.ant:LENGTH_MASS",
     "ant-leg-emerge": "revolver_lab.robots.ant:LEG_EMERGE",
     "humanoid-length-mass": "revolver_lab.robots.humanoid:LENGTH_MASS",
+    "adroit-hammer": "revolver_lab.robots.adroit:HAMMER",
+    "adroit-hammer-fingers": "revolver_lab.robots.adroit:HAMMER_FINGERS",
+    "adroit-relocate": "revolver_lab.robots.adroit:RELOCATE",
+    "adroit-relocate-fingers": "revolver_lab.robots.adroit:RELOCATE_FINGERS",
+    "adroit-door": "revolver_lab.robots.adroit:DOOR",
+    "adroit-door-fingers": "revolver_lab.robots.adroit:DOOR_FINGERS",
 }
 
 
@@ -54,7 +61,7 @@ class Robot:
     camera: str
     origin: str
     summary: str
-    f: str = "linear"
+    f: "RampSpec" = "linear"
 
     def make_task(self, reward: str | None = None) -> "Task":
         """Return a new task of this robot.
