@@ -13,7 +13,7 @@ from revolver_lab.learners.settings import COURSE, PAPER, LearnerSettings
 from revolver_lab.learners.stacked.adam import Adam
 from revolver_lab.learners.stacked.algorithm import Batch
 from revolver_lab.learners.stacked.capture import CapturedUpdate
-from revolver_lab.learners.stacked.layout import forward, fresh, mlp
+from revolver_lab.learners.stacked.layout import export, forward, fresh, mlp
 from revolver_lab.learners.stacked.learner import ALGORITHMS, StackedLearner
 from revolver_lab.learners.stacked.naming import adopt, policy_of
 from revolver_lab.learners.stacked.replay import StackedReplay
@@ -97,7 +97,11 @@ def losses_of(model, monkeypatch):
 def gradients_of(networks, p):
     """One learner's latest gradients by name."""
     views = networks.layout.views(networks.gradient.view(-1, networks.layout.size))
-    return [view[p * networks.twins + k] for k in range(networks.twins) for view in views.values()]
+    rows = [p * networks.twins + k for k in range(networks.twins)]
+    return [
+        torch.as_tensor(export(name, view[row].numpy()))
+        for row in rows for name, view in views.items()
+    ]  # fmt: skip
 
 
 def named(model):
@@ -192,7 +196,8 @@ def test_the_layers_are_those_of_torch():
         stack, width = [], O
         for i, units in enumerate((7, 6, A)):
             linear = torch.nn.Linear(width, units)
-            linear.weight.data, linear.bias.data = views[f"{i}.weight"][p], views[f"{i}.bias"][p]
+            weight, bias = views[f"{i}.weight"][p], views[f"{i}.bias"][p]
+            linear.weight.data, linear.bias.data = weight.T, bias[0]
             stack += [linear] + ([torch.nn.LayerNorm(units), torch.nn.ReLU()] if i < 2 else [])
             width = units
         modules.append(torch.nn.Sequential(*stack))

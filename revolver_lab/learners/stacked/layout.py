@@ -15,11 +15,14 @@ _ALIGN = 16  # floats: every layer starts on a cache line, so that its products 
 class Layout:
     """Where each named array of a network stands in its flat vector of weights.
 
+    Weights are (inputs, outputs), biases (1, outputs): as they are multiplied and added. `Policy`
+    and torch have them the other way round; `export` and `load` go between.
+
     Attributes:
         shapes: Array name -> shape, in order.
 
     Example:
-        >>> layout = Layout({"0.weight": (2, 3), "0.bias": (2,)})
+        >>> layout = Layout({"0.weight": (3, 2), "0.bias": (1, 2)})
         >>> layout.size, layout.offsets["0.bias"]
         (32, 16)
     """
@@ -67,10 +70,25 @@ def mlp(sizes: Sequence[int], *, norm: bool) -> Layout:
     """
     shapes: dict[str, tuple[int, ...]] = {}
     for i, (inputs, outputs) in enumerate(itertools.pairwise(sizes)):
-        shapes |= {f"{i}.weight": (outputs, inputs), f"{i}.bias": (outputs,)}
+        shapes |= {f"{i}.weight": (inputs, outputs), f"{i}.bias": (1, outputs)}
         if norm and i < len(sizes) - 2:
-            shapes |= {f"{i}.norm.weight": (outputs,), f"{i}.norm.bias": (outputs,)}
+            shapes |= {f"{i}.norm.weight": (1, outputs), f"{i}.norm.bias": (1, outputs)}
     return Layout(shapes)
+
+
+def export(name: str, array: np.ndarray) -> np.ndarray:
+    """Returns an array of a layout as `Policy` has it: weights (outputs, inputs), others (n,)."""
+    return array.T if _is_weight(name) else array[0]
+
+
+def load(name: str, array: np.ndarray) -> np.ndarray:
+    """Returns an array of a `Policy` as a layout has it; undoes `export`."""
+    return array.T if _is_weight(name) else array[None]
+
+
+def _is_weight(name: str) -> bool:
+    """Says whether an array is a layer's matrix."""
+    return name.endswith(".weight") and not name.endswith(".norm.weight")
 
 
 def fresh(layout: Layout, rng: np.random.Generator) -> dict[str, np.ndarray]:
@@ -86,13 +104,13 @@ def fresh(layout: Layout, rng: np.random.Generator) -> dict[str, np.ndarray]:
             drawn[name] = np.full(shape, float(name.endswith("weight")), np.float32)
             continue
         if name.endswith("weight"):
-            bound = 1 / math.sqrt(shape[1])
+            bound = 1 / math.sqrt(shape[0])
         drawn[name] = rng.uniform(-bound, bound, shape).astype(np.float32)
     return drawn
 
 
 def forward(weights: Mapping[str, torch.Tensor], x: torch.Tensor) -> torch.Tensor:
-    """Applies P perceptrons to P batches: x W^T + b, LayerNorm where there is one, ReLU.
+    """Applies P perceptrons to P batches: x W + b, LayerNorm where there is one, ReLU.
 
     Args:
         weights: (P, *shape) each, as `Layout.views` gives them.
@@ -104,12 +122,11 @@ def forward(weights: Mapping[str, torch.Tensor], x: torch.Tensor) -> torch.Tenso
     last = sum(name.endswith(".bias") and ".norm." not in name for name in weights) - 1
     for i in range(last + 1):
         weight, bias = weights[f"{i}.weight"], weights[f"{i}.bias"]
-        x = torch.baddbmm(bias[:, None], x, weight.transpose(1, 2))
+        x = torch.baddbmm(bias, x, weight)
         if f"{i}.norm.weight" in weights:
+            scale, shift = weights[f"{i}.norm.weight"], weights[f"{i}.norm.bias"]
             x = torch.nn.functional.layer_norm(x, x.shape[-1:])
-            x = torch.addcmul(
-                weights[f"{i}.norm.bias"][:, None], x, weights[f"{i}.norm.weight"][:, None]
-            )
+            x = torch.addcmul(shift, x, scale)
         if i < last:
-            x = torch.relu(x)
+            x = torch.relu_(x)  # in place: what it needs for its gradient is what it returns
     return x

@@ -12,7 +12,7 @@ from revolver_lab.learners.settings import LearnerSettings
 from revolver_lab.learners.stacked import naming
 from revolver_lab.learners.stacked.algorithm import Algorithm
 from revolver_lab.learners.stacked.capture import CapturedUpdate
-from revolver_lab.learners.stacked.layout import fresh
+from revolver_lab.learners.stacked.layout import export, fresh
 from revolver_lab.learners.stacked.replay import StackedReplay
 from revolver_lab.learners.stacked.sac import SAC
 from revolver_lab.learners.stacked.streams import Streams
@@ -66,7 +66,8 @@ class StackedLearner:
             arrays = {}
             for twin in range(networks.twins):
                 prefix = f"{twin}." if networks.twins > 1 else ""
-                arrays |= {prefix + k: v for k, v in fresh(networks.layout, rng).items()}
+                drawn = fresh(networks.layout, rng)
+                arrays |= {prefix + name: export(name, array) for name, array in drawn.items()}
             for target in (False, True)[: 1 + (networks.target is not None)]:
                 networks.write(p, arrays, target=target)
         self.algorithm.begin(p)

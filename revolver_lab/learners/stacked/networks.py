@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from revolver_lab.learners.stacked.adam import Adam
-from revolver_lab.learners.stacked.layout import Layout, forward
+from revolver_lab.learners.stacked.layout import Layout, export, forward, load
 
 
 class Networks:
@@ -88,7 +88,7 @@ class Networks:
             self.target.lerp_(self.flat, tau * mask)
 
     def arrays(self, learner: int, *, target: bool = False) -> dict[str, np.ndarray]:
-        """Returns copies of one learner's arrays: "I.weight", or "K.I.weight" for twin K.
+        """Returns copies of one learner's arrays as `Policy` has them: "I.weight", or "K.I.weight".
 
         Args:
             learner: Which.
@@ -100,7 +100,7 @@ class Networks:
             row = learner * self.twins + twin
             prefix = f"{twin}." if self.twins > 1 else ""
             for name, array in views.items():
-                found[prefix + name] = array[row].detach().cpu().numpy().copy()
+                found[prefix + name] = export(name, array[row].cpu().numpy()).copy()
         return found
 
     def write(self, learner: int, arrays: Mapping[str, np.ndarray], *, target: bool) -> None:
@@ -109,7 +109,8 @@ class Networks:
         for twin in range(self.twins):
             prefix = f"{twin}." if self.twins > 1 else ""
             for name, view in views.items():
-                view[learner * self.twins + twin] = torch.as_tensor(arrays[prefix + name])
+                array = load(name, np.ascontiguousarray(arrays[prefix + name]))
+                view[learner * self.twins + twin] = torch.as_tensor(array)
 
     def state(self) -> dict[str, torch.Tensor]:
         """Returns everything that a resumed run needs, live."""
