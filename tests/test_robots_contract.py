@@ -107,12 +107,6 @@ SIZES = {
     "adroit-relocate-fingers": (39, 30),
     "adroit-door": (39, 28),
     "adroit-door-fingers": (39, 28),
-    "adroit-hammer": (46, 26),
-    "adroit-hammer-fingers": (46, 26),
-    "adroit-relocate": (39, 30),
-    "adroit-relocate-fingers": (39, 30),
-    "adroit-door": (39, 28),
-    "adroit-door-fingers": (39, 28),
 }
 
 

@@ -3,6 +3,8 @@
 import mujoco
 import numpy as np
 
+from revolver_lab.errors import SettingsError
+
 _ROOM = 1.3
 """Distance of the camera, times what would just hold the standing robot."""
 _SIDE = (90.0, -8.0)
@@ -10,6 +12,8 @@ _QUARTER = (130.0, -18.0)
 """Azimuth and elevation [degrees]: from the side, and three quarters from the front."""
 _STRAIGHT = 0.99
 """An axis counts as along y above this cosine."""
+_LARGEST = 4096
+"""Longest side of a picture [pixels]."""
 
 
 def fitted(
@@ -68,3 +72,19 @@ def _distance(
     across, up, near = axes @ (signs * half).T
     width, height = size
     return float((np.maximum(np.abs(up), np.abs(across) * height / width) / slope + near).max())
+
+
+def checked_size(width: int, height: int) -> tuple[int, int]:
+    """Width and height of a picture [pixels], if it can be drawn.
+
+    Raises:
+        SettingsError: If it cannot.
+    """
+    for side in (width, height):
+        if not isinstance(side, int) or not 16 <= side <= _LARGEST:
+            raise SettingsError(
+                f"a picture of {width!r} x {height!r}",
+                f"whole numbers from 16 to {_LARGEST}",
+                "Try 480 x 360.",
+            )
+    return width, height

@@ -8,7 +8,7 @@ import numpy as np
 
 from revolver_lab.errors import SettingsError, UnknownNameError
 from revolver_lab.lab import gl, poses
-from revolver_lab.lab.cameras import fitted
+from revolver_lab.lab.cameras import checked_size, fitted
 from revolver_lab.lab.scenery import Scenery
 
 FIT = "fit"
@@ -16,8 +16,6 @@ FIT = "fit"
 
 _MAX_GEOMS = 10_000
 _POSES = 128  # remembered for a slider of 101 values
-_LARGEST = 4096
-"""Longest side of a picture [pixels]."""
 
 
 @runtime_checkable
@@ -68,7 +66,7 @@ class Stage:
         self._places = self.data.mocap_pos.copy()
         self.alpha = 0.0
         self._poses: dict[float, np.ndarray] = {}
-        self._size = _checked_size(width, height)
+        self._size = checked_size(width, height)
         self._camera = camera
         self._box = self._extent()
         self._find_camera(camera)
@@ -160,7 +158,7 @@ class Stage:
 
     def resize(self, width: int, height: int) -> None:
         """Draw at another size from now on, in the same context."""
-        self._size = _checked_size(width, height)
+        self._size = checked_size(width, height)
         if width > self._drawing.offWidth or height > self._drawing.offHeight:
             with self._context:
                 mujoco.mjr_resizeOffscreen(width, height, self._drawing)
@@ -241,15 +239,3 @@ def _shape_of_meshes(model: mujoco.MjModel) -> list[np.ndarray]:
     """Copies of each mesh's vertices, (n, 3)."""
     counts = zip(model.mesh_vertadr, model.mesh_vertnum, strict=True)
     return [model.mesh_vert[first : first + count].copy() for first, count in counts]
-
-
-def _checked_size(width: int, height: int) -> tuple[int, int]:
-    """Width and height if they can be drawn."""
-    for side in (width, height):
-        if not isinstance(side, int) or not 16 <= side <= _LARGEST:
-            raise SettingsError(
-                f"a picture of {width!r} x {height!r}",
-                f"whole numbers from 16 to {_LARGEST}",
-                "Try 480 x 360.",
-            )
-    return width, height
