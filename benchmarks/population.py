@@ -1,68 +1,152 @@
-"""Twenty learners at once against stable-baselines3, and against their matrix products alone."""
+"""Twenty learners on two cores against stable-baselines3, and against their products alone."""
 
 import dataclasses
-import functools
+import multiprocessing
+import os
 import time
 from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
 
 import numpy as np
-import torch
-from benchmarks.timing import paired, row
 
+from benchmarks.timing import row
 from revolver_lab.experts import load_expert
-from revolver_lab.learners.sb3 import Sb3Learner
 from revolver_lab.learners.settings import COURSE, PAPER, LearnerSettings
-from revolver_lab.learners.stacked.learner import StackedLearner
 from revolver_lab.methods import members
 from revolver_lab.population import Population
 
-ROBOT, LEARNERS, ROUNDS = "cheetah-front-leg", 20, 7
+ROBOT, LEARNERS, ROUNDS = "cheetah-front-leg", 20, 9
 SIZES = 18, 6  # a cheetah's observation and action
+WIDE = dataclasses.replace(PAPER, simulations=8)
 
 
-def filled(learner: StackedLearner | Sb3Learner, learners: int, simulations: int) -> None:
-    """Puts 3,000 random transitions into every replay."""
-    rng, n = np.random.default_rng(0), learners * simulations
-    for _ in range(-(-3000 // simulations)):
+def updating(settings: LearnerSettings, learners: int) -> Callable[[int], None]:
+    """Returns what makes so many updates of every learner, on 3,000 random transitions each."""
+    from revolver_lab.learners.sb3 import Sb3Learner
+    from revolver_lab.learners.stacked.learner import StackedLearner
+
+    chosen, n = members(["revolver"], range(learners)), learners * settings.simulations
+    if settings.stacks:
+        learner: Any = StackedLearner(settings, *SIZES, chosen, capacity=5000)
+    else:
+        learner = Sb3Learner(settings, *SIZES, chosen[0])
+    rng = np.random.default_rng(0)
+    for _ in range(3000 // settings.simulations):
         normal = rng.standard_normal((n, 2 * SIZES[0] + 1)).astype(np.float32)
         action = rng.uniform(-1, 1, (n, SIZES[1])).astype(np.float32)
         learner.store(np.ones(n, dtype=bool), normal[:, : SIZES[0]], action, normal[:, -1],
                       normal[:, SIZES[0] : -1], np.zeros(n, dtype=bool), np.zeros(n))  # fmt: skip
-
-
-def updating(settings: LearnerSettings, learners: int, updates: int) -> Callable[[], None]:
-    """Returns what makes so many updates of every learner."""
     active = np.ones(learners, dtype=bool)
-    chosen = members(["revolver"], range(learners))
-    if learners == 1:
-        learner = Sb3Learner(settings, *SIZES, chosen[0])
-    else:
-        learner = StackedLearner(settings, *SIZES, chosen, capacity=5000)
-    filled(learner, learners, settings.simulations)
-    started = dataclasses.replace(settings, updates=updates, learning_starts=1)
-    learner.settings = started
-    return lambda: learner.update(active)
+
+    def update(count: int) -> None:
+        learner.settings = dataclasses.replace(settings, updates=count, learning_starts=1)
+        learner.update(active)
+
+    return update
 
 
-def ticking(engine: str, learners: int, ticks: int) -> Callable[[], None]:
+def ticking(settings: LearnerSettings, learners: int) -> Callable[[int], None]:
     """Returns what takes so many ticks of the whole loop: act, step, remember, update."""
-    settings = dataclasses.replace(COURSE, engine=engine)
     population = Population(
         ROBOT, members(["revolver"], range(learners)), settings=settings, steps=72_000,
         expert=load_expert(ROBOT), evaluate_episodes=0,
     )  # fmt: skip
-    population.run(functools.partial(_after, [300]))  # past the first update
 
-    def run() -> None:
-        population.run(functools.partial(_after, [ticks]))
+    def run(ticks: int) -> None:
+        left = [ticks + 1]
 
+        def pause() -> bool:
+            left[0] -= 1
+            return left[0] == 0
+
+        population.run(pause)
+
+    run(300)  # past the first update
     return run
 
 
-def _after(left: list[int]) -> bool:
-    """Says stop after so many questions."""
-    left[0] -= 1
-    return left[0] < 0
+def serve(pipe: Connection, what: str, settings: LearnerSettings, learners: int, threads: int):
+    """Works in a process of its own, as often as it is told to."""
+    import torch
+
+    work = {"update": updating, "tick": ticking}[what](settings, learners)
+    torch.set_num_threads(threads)
+    pipe.send("ready")
+    while count := pipe.recv():
+        work(count)
+        pipe.send("done")
+
+
+class Side:
+    """Processes that work at the same time, timed together.
+
+    Args:
+        what: "update" or "tick".
+        settings: Of the learners.
+        shares: Learners of each process.
+        threads: Threads of each.
+        count: Updates or ticks in a round.
+    """
+
+    def __init__(
+        self, what: str, settings: LearnerSettings, shares: list[int], threads: int, count: int
+    ):
+        context = multiprocessing.get_context("spawn")
+        self.learners, self.count = sum(shares), count
+        self.pipes, self.processes = [], []
+        for share in shares:
+            ours, theirs = context.Pipe()
+            process = context.Process(target=serve, args=(theirs, what, settings, share, threads))
+            process.start()
+            self.pipes.append(ours)
+            self.processes.append(process)
+        for pipe in self.pipes:
+            pipe.recv()
+
+    def seconds(self) -> float:
+        """Returns the time of one update, or tick, of one learner [s]."""
+        start = time.perf_counter()
+        for pipe in self.pipes:
+            pipe.send(self.count)
+        for pipe in self.pipes:
+            pipe.recv()
+        return (time.perf_counter() - start) / self.count / self.learners
+
+    def close(self) -> None:
+        """Ends the processes."""
+        for pipe, process in zip(self.pipes, self.processes, strict=True):
+            pipe.send(0)
+            process.join()
+
+
+def stock(settings: LearnerSettings) -> LearnerSettings:
+    """The same learner of stable-baselines3 with everything else as it comes."""
+    kwargs = {"policy_kwargs": {"net_arch": list(settings.hidden)}}
+    return dataclasses.replace(settings, engine="stable-baselines3", options=kwargs)
+
+
+def against(what: str, name: str, settings: LearnerSettings, aim: float, counts: tuple[int, int]):
+    """Two processes of ten learners, against one learner of stable-baselines3 on both cores."""
+    half = LEARNERS // 2
+    sides = {
+        "ours": Side(what, settings, [half, half], 1, counts[0]),
+        "theirs": Side(what, stock(settings), [1], os.cpu_count() or 1, counts[1]),
+        "theirs, one thread": Side(what, stock(settings), [1], 1, counts[1]),
+        "ours, one core": Side(what, settings, [LEARNERS], 1, counts[0] // 2),
+    }
+    for side in sides.values():
+        side.seconds()
+    rounds = [{key: side.seconds() for key, side in sides.items()} for _ in range(ROUNDS)]
+    for side in sides.values():
+        side.close()
+    took = {key: np.array([r[key] for r in rounds]) for key in sides}
+    one = float(np.median(took["theirs, one thread"] / took["ours, one core"]))
+    told = ", ".join(f"{key} {np.median(times) * 1e3:.2f}" for key, times in took.items())
+    return row(f"{name}: {LEARNERS} learners on two cores",
+               "one learner of stable-baselines3, as it comes", f">= {aim}",
+               float(np.median(took["theirs"] / took["ours"])),
+               f"ms a learner: {told}; thread against thread {one:.1f}")  # fmt: skip
 
 
 def products_seconds(settings: LearnerSettings) -> float:
@@ -72,61 +156,44 @@ def products_seconds(settings: LearnerSettings) -> float:
     actor's loss); a backward pass costs two products a layer where weights learn, and one where
     only the gradient of the input is wanted.
     """
+    import torch
+
     width, batch = settings.hidden[0], settings.batch_size
     actor = SIZES[0] * width + width * width + width * 2 * SIZES[1]
     critic = 2 * (sum(SIZES) * width + width * width + width)
     flops = 2 * batch * (actor * (1 + 3) + critic * (1 + 3 + 2))
-    a = torch.randn(LEARNERS, batch, width)
-    b = torch.randn(LEARNERS, width, width)
+    a, b = torch.randn(LEARNERS, batch, width), torch.randn(LEARNERS, width, width)
     taken = []
-    for _ in range(ROUNDS * 3):
+    for _ in range(30):
         start = time.perf_counter()
         torch.matmul(a, b)
         taken.append(time.perf_counter() - start)
-    return flops / (2 * LEARNERS * batch * width * width / float(np.median(taken)))
+    return flops * float(np.median(taken)) / (2 * LEARNERS * batch * width * width)
 
 
-def _against_sb3(what: str, settings: LearnerSettings, aim: float, ours: int, theirs: int) -> dict:
-    """Learner-updates a second, ours over stable-baselines3's; one thread each."""
-    sb3 = dataclasses.replace(settings, engine="stable-baselines3")
-    took = paired(updating(settings, LEARNERS, ours), updating(sb3, 1, theirs), ROUNDS)
-    mine, peer = took["ours_s"] / ours / LEARNERS, took["peer_s"] / theirs
-    ratio = ours * LEARNERS / theirs / took["ratio"]
-    return row(what, "stable-baselines3, one learner", f">= {aim}", ratio,
-               f"{mine * 1e3:.2f} ms a learner-update, stable-baselines3 {peer * 1e3:.2f} ms; "
-               "one thread each")  # fmt: skip
-
-
-def _products(settings: LearnerSettings, updates: int) -> dict:
-    """The time of an update over that of its products alone."""
-    work, ratios, mine = updating(settings, LEARNERS, updates), [], []
-    work()
+def products() -> dict[str, object]:
+    """The time of an update over that of its products alone, on one thread."""
+    work, ratios, mine = updating(WIDE, LEARNERS), [], []
+    work(1)
     for _ in range(ROUNDS):
-        bound = products_seconds(settings)
+        bound = products_seconds(WIDE)
         start = time.perf_counter()
-        work()
-        mine.append((time.perf_counter() - start) / updates / LEARNERS)
+        work(2)
+        mine.append((time.perf_counter() - start) / 2 / LEARNERS)
         ratios.append(mine[-1] / bound)
     return row(f"SAC update, {LEARNERS} learners, nets 2x256, batch 256",
                "its matrix products at torch.matmul's speed", "<= 1.5", float(np.median(ratios)),
                f"{np.median(mine) * 1e3:.2f} ms a learner-update; one thread")  # fmt: skip
 
 
-def run() -> list[dict]:
+def run() -> list[dict[str, object]]:
     """Measures the four rows."""
-    torch.set_num_threads(1)
-    whole = paired(ticking("stacked", LEARNERS, 60), ticking("stable-baselines3", 1, 60), ROUNDS)
-    rows = [
-        _against_sb3(f"SAC updates, {LEARNERS} learners, nets 2x64, batch 64", COURSE, 12, 20, 40),
-        row(f"Algorithm 1 end to end, {LEARNERS} cheetah learners, nets 2x64, batch 64",
-            "stable-baselines3, one learner", ">= 8", LEARNERS / whole["ratio"],
-            f"{whole['ours_s'] / 60 / LEARNERS * 1e3:.2f} ms a learner-tick (8 environment steps "
-            f"and an update), stable-baselines3 {whole['peer_s'] / 60 * 1e3:.2f} ms; one thread"),
-        _against_sb3(f"SAC updates, {LEARNERS} learners, nets 2x256, batch 256",
-                     dataclasses.replace(PAPER, simulations=8), 2.5, 2, 10),
-        _products(dataclasses.replace(PAPER, simulations=8), 2),
-    ]  # fmt: skip
-    return rows
+    return [
+        against("update", "SAC updates, nets 2x64, batch 64", COURSE, 12, (24, 40)),
+        against("tick", "Algorithm 1 end to end, nets 2x64, batch 64", COURSE, 8, (40, 40)),
+        against("update", "SAC updates, nets 2x256, batch 256", WIDE, 2.5, (4, 8)),
+        products(),
+    ]
 
 
 if __name__ == "__main__":
