@@ -131,7 +131,7 @@ class App:
             work()
         except Exception as problem:
             self.error = problem
-            self.trouble.value = _error_text(problem)
+            self.trouble.value = error_text(problem)
         else:
             self.error = None
             self.trouble.value = ""
@@ -211,7 +211,7 @@ _TABLE = """<style>
 <th></th></tr></thead><tbody>ROWS</tbody></table>"""
 
 
-def _error_text(problem: Exception) -> str:
+def error_text(problem: Exception) -> str:
     """An error for people, with its traceback folded away."""
     lines = html.escape("".join(traceback.format_exception(problem)))
     name = html.escape(f"{type(problem).__name__}: {problem}")

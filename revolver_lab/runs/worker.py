@@ -58,8 +58,7 @@ class Worker:
         if now - self._told > 1.0:
             self._told = now
             self.asked_to_stop |= (self.folder / store.STOP).exists() or self._gone
-            if not self._gone:
-                self._tell("running")
+            self._tell("running")
         if now - self._saved > self.every and not self._gone:
             self._save()
             self._saved = time.monotonic()
@@ -81,6 +80,8 @@ class Worker:
 
     def _tell(self, state: str) -> None:
         """Writes how things are; an audience is not worth stopping for."""
+        if self._gone:
+            return
         with contextlib.suppress(OSError):
             write_json(self.work / store.PROGRESS, {
                 "state": state, "pid": os.getpid(), "message": self.message,
@@ -129,8 +130,9 @@ def main(arguments: list[str] | None = None) -> int:
 def _fail(work: Path, message: str) -> int:
     """Leaves the reason where the run looks for it."""
     print(f"revolver-lab: {message}", file=sys.stderr)
-    with contextlib.suppress(OSError):
-        write_json(work / store.FAILED, {"message": message})
+    if work.is_dir():  # unless the run has been deleted
+        with contextlib.suppress(OSError):
+            write_json(work / store.FAILED, {"message": message})
     return 1
 
 
