@@ -68,7 +68,7 @@ def sample(env: "RobotVectorEnv", act: Act, length: int) -> Trajectories:
     actions = np.zeros((steps, n, env.single_action_space.shape[0]), np.float32)  # type: ignore[index]
     rewards, held = np.zeros((steps, n)), np.zeros(n, dtype=int)
     lengths, failed = np.full(n, steps), np.zeros(n, dtype=bool)
-    goal = getattr(env.task, "success", None)
+    goal = env.task.success if env.task.goal_steps is not None else None
     observations[0] = observation
     for t in range(steps):
         actions[t] = act(t, observation)
@@ -107,9 +107,8 @@ class Success:
         """Returns which trajectories succeeded, (n,) bool."""
         if self.least_return is not None:
             return played.returns >= self.least_return
-        needed = self.goal_steps
-        needed = getattr(env.task, "goal_steps", 0) if needed is None else needed
-        return played.goal_steps > needed
+        needed = env.task.goal_steps if self.goal_steps is None else self.goal_steps
+        return played.goal_steps > (needed or 0)
 
     def check(self, env: "RobotVectorEnv") -> "Success":
         """Returns itself, if it can be told in this environment.
@@ -117,10 +116,10 @@ class Success:
         Raises:
             SettingsError: If the task has no goal and no return was given.
         """
-        if self.least_return is None and not hasattr(env.task, "success"):
+        if self.least_return is None and env.task.goal_steps is None:
             raise SettingsError(
                 f"least_return = None with the task {type(env.task).__name__}, which has no goal",
-                "an unshaped return, or a task with a success()",
+                "an unshaped return, or a task with success() and goal_steps",
                 "Pass Success(least_return=...).",
             )
         return self

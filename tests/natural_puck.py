@@ -9,7 +9,8 @@ from revolver_lab.tasks.base import Task
 PUCK = """<mujoco model="puck"><option timestep=".05"/><worldbody>
 <body name="puck"><joint name="x" type="slide" axis="1 0 0" damping="{damping}"/>
 <geom name="puck" type="sphere" size=".1" mass="{mass}"/></body></worldbody>
-<actuator><motor name="push" joint="x" gear="{gear}" ctrlrange="-1 1"/></actuator>
+<actuator><motor name="old" joint="x" gear="{old}" ctrlrange="-1 1"/>
+<motor name="new" joint="x" gear="{new}" ctrlrange="-1 1"/></actuator>
 </mujoco>"""
 LENGTH = 20
 
@@ -54,16 +55,18 @@ class Barren(Reach):
 
 
 def puck(name="puck"):
-    return Evolution(PUCK.format(mass=1, gear=5, damping=1),
-                     PUCK.format(mass=2, gear=-5, damping=1), name=name)  # fmt: skip
+    """One motor fades as another grows: who only knows the first cannot move the target."""
+    return Evolution(PUCK.format(mass=1, old=5, new=0.001, damping=1),
+                     PUCK.format(mass=1, old=0.001, new=5, damping=1), name=name)  # fmt: skip
 
 
 def feedback(gains, log_std=-1.0):
-    """a = gains . s, squeezed through a tanh and unsqueezed by a large slope."""
+    """a = gains . s for the first motor, 0 for the second."""
     weights = {
-        "actor.0.weight": np.array([gains], np.float32), "actor.0.bias": np.zeros(1, np.float32),
-        "actor.log_std": np.full(1, log_std, np.float32),
-    }  # fmt: skip
+        "actor.0.weight": np.array([gains, [0, 0]], np.float32),
+        "actor.0.bias": np.zeros(2, np.float32),
+        "actor.log_std": np.full(2, log_std, np.float32),
+    }
     return Policy(weights=weights, head="gaussian", activation="tanh")
 
 
