@@ -23,8 +23,8 @@ ROOT = Path("out/runs")
 
 _ENVIRONMENT = {
     "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
-    # glibc otherwise returns every temporary to the system and faults it in again: 13 % slower
-    "MALLOC_TRIM_THRESHOLD_": "4000000000", "MALLOC_MMAP_THRESHOLD_": "4000000000",
+    # glibc otherwise returns temporaries to the system and faults them in again: 13 % slower
+    "MALLOC_TRIM_THRESHOLD_": "268435456", "MALLOC_MMAP_THRESHOLD_": "33554432",
 }  # fmt: skip
 
 PROCESSES = 2
