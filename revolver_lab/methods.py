@@ -71,7 +71,8 @@ class Member:
 # 360 episodes each, 72,000 steps of a cheetah: the path takes 25 phases of 8, alpha = 1 the rest.
 _PATH = Schedule(episodes_per_phase=8, final_episodes=160)
 _TARGET_ONLY = Schedule(alpha_start=1.0, final_episodes=360)
-_ONE_PHASE = 8 * 200  # transitions that one phase of a cheetah collects
+_EPISODE_STEPS = 200
+_ONE_PHASE = 8 * _EPISODE_STEPS  # transitions that one phase of a cheetah collects
 _LONG = {"alpha_step": 0.08, "episodes_per_phase": 16}
 
 
@@ -112,6 +113,32 @@ _ROWS = (
 
 METHODS: Mapping[str, Method] = {row.name: row for row in _ROWS}
 """Every method at course scale, by name."""
+
+
+def fitted(method: Method, episode_steps: int) -> Method:
+    """Returns a method of the table for a task whose episodes have another length.
+
+    The table is written for episodes of 200 steps. Where they are shorter, a phase has more of
+    them, so that it takes as many steps; where they are longer, one a simulation is the least.
+
+    Args:
+        method: One of `METHODS`.
+        episode_steps: Steps of an episode that does not end early [steps].
+
+    Example:
+        >>> fitted(METHODS["revolver"], 100).schedule.episodes_per_phase
+        16
+    """
+    schedule, factor = method.schedule, max(_EPISODE_STEPS / episode_steps, 1.0)
+    episodes = {name: round(factor * getattr(schedule, name))
+                for name in ("episodes_per_phase", "final_episodes")
+                if getattr(schedule, name) is not None}  # fmt: skip
+    adaptive = schedule.adaptive
+    if adaptive is not None:
+        limit = round(factor * adaptive.episodes_limit)
+        adaptive = dataclasses.replace(adaptive, episodes_limit=limit)
+    changed = dataclasses.replace(schedule, adaptive=adaptive, **episodes)
+    return dataclasses.replace(method, schedule=changed)
 
 
 def method(name: str) -> Method:

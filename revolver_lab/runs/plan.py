@@ -10,7 +10,7 @@ from typing import Any
 from revolver_lab.errors import SettingsError
 from revolver_lab.experts import load_expert
 from revolver_lab.learners.settings import COURSE, LearnerSettings
-from revolver_lab.methods import METHODS, Member, Method, members, method
+from revolver_lab.methods import METHODS, Member, Method, fitted, members, method
 from revolver_lab.policies import Policy
 from revolver_lab.preflight import check_evaluations, check_steps
 from revolver_lab.robots import registry
@@ -28,7 +28,8 @@ class Plan:
 
     Attributes:
         robot: Registered name.
-        methods: What is compared; names are looked up in `revolver_lab.methods`.
+        methods: What is compared; names are looked up in `revolver_lab.methods`, and fitted to
+            the length of the task's episodes.
         seeds: Seeds of every method.
         steps: Environment steps of each learner [steps].
         learner: Networks and rates, shared by all.
@@ -62,8 +63,9 @@ class Plan:
 
     def __post_init__(self) -> None:
         """Looks names up, and refuses what cannot work before anything is trained."""
-        chosen = tuple(method(m) if isinstance(m, str) else m for m in self.methods)
         task = registry.get(self.robot).make_task(self.task)
+        chosen = tuple(fitted(method(m), task.episode_steps) if isinstance(m, str) else m
+                       for m in self.methods)  # fmt: skip
         object.__setattr__(self, "methods", chosen)
         object.__setattr__(self, "seeds", tuple(int(seed) for seed in self.seeds))
         object.__setattr__(self, "task", self.task or next(iter(registry.get(self.robot).tasks)))
@@ -111,11 +113,9 @@ class Plan:
         names = [*dict.fromkeys(member.method.name for member in self.members)]
         words = ["revolver-lab", "transfer", self.robot, "--methods", *names, "--seeds",
                  *map(str, self.seeds), "--steps", str(self.steps)]  # fmt: skip
-        known = all(METHODS.get(m.method.name) == m.method for m in self.members)
-        if known and dataclasses.replace(
-            self, learner=COURSE, task=None, evaluate_every=_EVERY, evaluate_episodes=_EPISODES,
-            expert=None,
-        ) == self:  # fmt: skip
+        if METHODS.keys() >= {*names} and self == Plan(
+            robot=self.robot, methods=names, seeds=self.seeds, steps=self.steps
+        ):
             return shlex.join(words)
         return "revolver-lab transfer --plan config.json"
 
