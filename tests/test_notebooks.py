@@ -13,6 +13,7 @@ import pytest
 
 import revolver_lab as rvl
 from revolver_lab.errors import SettingsError
+from revolver_lab.runs.course import LESSONS, MODE
 
 FOLDER = Path(__file__).parent.parent / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
@@ -33,7 +34,7 @@ def _called(source: str) -> set[str]:
 
 def test_every_notebook_has_its_script_and_every_script_its_notebook():
     assert [p.stem for p in NOTEBOOKS] == sorted(p.stem for p in FOLDER.glob("*.py"))
-    assert len(NOTEBOOKS) >= 2
+    assert {p.stem for p in NOTEBOOKS} >= {"00_meet_the_robots", "01_points_on_a_path"}
 
 
 @every_notebook
@@ -97,8 +98,22 @@ def test_no_formula_waits_for_the_network(path):
 
 
 @every_notebook
-def test_nothing_is_trained(path):
-    assert not {"transfer", "train_expert"} & set.union(*map(_called, _code(path)))
+def test_only_a_lesson_trains(path):
+    # A lesson trains in worker processes, or not at all: the mode is chosen outside the notebook.
+    called = set.union(*map(_called, _code(path)))
+    assert not {"transfer", "train_expert", "start", "Population"} & called
+    assert not any(isinstance(node, ast.If) for c in _code(path) for node in ast.walk(ast.parse(c)))
+
+
+@every_notebook
+def test_a_notebook_takes_its_own_lesson_and_its_own_exercises(path):
+    code = "\n".join(_code(path))
+    for name in re.findall(r"rvl\.lab\.lesson\((.*?)\)", code):
+        assert name == f'"{path.stem}"', "no mode, and no other notebook's rows"
+    assert (path.stem in LESSONS) == ("rvl.lab.lesson(" in code)
+    if path.stem[:2] != "00":
+        assert f"from revolver_lab.exercises import {path.stem[3:]} as checks" in code
+        assert set(re.findall(r"\bchecks\.(\w+)\(", code)) == {"one", "two", "three"}
 
 
 @every_notebook
@@ -164,7 +179,8 @@ def _executed(path: Path) -> nbformat.NotebookNode:
 
 @pytest.mark.slow
 @every_notebook
-def test_an_executed_notebook_is_light_and_every_image_has_words(path):
+def test_an_executed_notebook_is_light_and_every_image_has_words(path, monkeypatch):
+    monkeypatch.setenv(MODE, "fast")
     *cells, last = _executed(path).cells
     torch, megabytes = last.outputs[0].text.split()
     assert torch == "False"
@@ -180,4 +196,5 @@ def test_an_executed_notebook_is_light_and_every_image_has_words(path):
 @every_notebook
 def test_a_notebook_runs_to_its_end_without_opengl(path, monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "disabled")
+    monkeypatch.setenv(MODE, "recorded")
     assert _executed(path).cells

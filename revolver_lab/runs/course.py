@@ -11,6 +11,7 @@ from pathlib import Path
 
 from revolver_lab.errors import MissingExtraError, SettingsError, UnknownNameError
 from revolver_lab.methods import Method, method
+from revolver_lab.robots import registry
 from revolver_lab.runs.plan import Plan
 from revolver_lab.runs.results import Results, recorded
 from revolver_lab.runs.run import ROOT, Run
@@ -125,18 +126,23 @@ class Lesson:
         return self.recorded() if self.run is None else self.run.start().wait()
 
     def recorded(
-        self, robot: str | None = None, methods: Sequence[str] | None = None
+        self, robot: str | None = None, methods: Sequence[str] | None = None,
+        task: str | None = None,
     ) -> Results:  # fmt: skip
         """Returns recorded rows, in every mode.
 
         Args:
             robot: One of `robots`; None is the first.
             methods: Other rows than those of the lesson.
+            task: The reward, by its name; None is the robot's first.
 
         Raises:
             SettingsError: If nothing is recorded, or a row is not.
         """
-        return recorded(robot or self.robots[0], methods or self.methods, folder=self.folder)
+        robot = robot or self.robots[0]
+        reward = task or next(iter(registry.get(robot).tasks))
+        return recorded(robot, methods or self.methods, folder=self.folder,
+                        settings={"task": reward})  # fmt: skip
 
     def __str__(self) -> str:
         """Says what happens in this mode, and how to change it."""
@@ -167,15 +173,11 @@ def lesson(name: str, mode: str | None = None, *, folder: Path | None = None) ->
         >>> lesson("04_deterministic_or_randomised", "recorded").methods[:2]
         ('deterministic', 'revolver')
     """
-    return Lesson(name=checked_name(name), mode=checked_mode(mode), folder=folder)
+    return Lesson(name=_checked_name(name), mode=_checked_mode(mode), folder=folder)
 
 
-def checked_name(name: str) -> str:
-    """Returns the name of a lesson.
-
-    Raises:
-        UnknownNameError: If there is none of this name; near ones are listed first.
-    """
+def _checked_name(name: str) -> str:
+    """Returns the name of a lesson; near ones are listed first where there is none."""
     if name not in LESSONS:
         near = difflib.get_close_matches(str(name), LESSONS, n=3, cutoff=0.3)
         remedy = f"Did you mean {' or '.join(map(repr, near))}?" if near else "Choose one of these."
@@ -183,13 +185,8 @@ def checked_name(name: str) -> str:
     return name
 
 
-def checked_mode(mode: str | None) -> str:
-    """Returns the mode, from the environment where none is given.
-
-    Raises:
-        SettingsError: If there is no such mode.
-        MissingExtraError: If something is to be trained and torch is not installed.
-    """
+def _checked_mode(mode: str | None) -> str:
+    """Returns the mode, from the environment where none is given."""
     given = mode if mode is not None else os.environ.get(MODE) or "recorded"
     source = "mode" if mode is not None else MODE
     if given not in MODES:

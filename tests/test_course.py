@@ -1,0 +1,161 @@
+"""Lessons: the same rows in every mode, nothing trained unless asked, and clear refusals."""
+
+import dataclasses
+import importlib.util
+import os
+
+import numpy as np
+import pytest
+
+import revolver_lab as rvl
+from revolver_lab.errors import MissingExtraError, SettingsError, UnknownNameError
+from revolver_lab.files import write_json
+from revolver_lab.lab import lessons
+from revolver_lab.logs import write_table
+from revolver_lab.methods import METHODS, method
+from revolver_lab.runs import course, store
+from revolver_lab.runs.plan import Plan
+
+NAME = "04_deterministic_or_randomised"
+every_lesson = pytest.mark.parametrize("name", course.LESSONS)
+
+
+def _record(folder, methods, task, offset):
+    """A recorded run of three seeds whose learners return offset + seed."""
+    plan = Plan(robot="cheetah-front-leg", methods=methods, seeds=range(3), task=task)
+    whose = [{"method": m.method.name, "seed": m.seed} for m in plan.members]
+    nothing = {"evaluation_steps": 0, "wall_time": 1.0, "reached_target": True, "failure": ""}
+    phase = {"phase": 0, "episodes": 8, "steps": 1600, "episode_return": 1.0, "kept": 0}
+    home = folder / plan.name
+    write_table(home / store.LEARNERS, [who | {"steps": 72_000} | nothing for who in whose])
+    write_table(home / store.PHASES, [who | phase | {"alpha": 0.0} for who in whose])
+    rows = [who | {"steps": steps, "alpha": 1.0, "returns": f"{offset + who['seed']} {offset}"}
+            for who in whose for steps in (36_000, 72_000)]  # fmt: skip
+    write_table(home / store.EVALUATIONS, rows)
+    write_json(home / store.CONFIG, plan.to_json())
+    write_json(home / store.CARD, {"command": plan.command, "expert_steps": 96_000,
+                                   "processes": 2})  # fmt: skip
+
+
+@every_lesson
+@pytest.mark.parametrize("mode", ["live", "fast"])
+def test_every_lesson_has_a_plan_that_can_work(name, mode):
+    lesson = course.lesson(name, mode)
+    plan = lesson.plan
+    assert tuple(m.name for m in plan.methods) == lesson.methods
+    assert plan.robot == lesson.robots[0]
+    assert len(plan.members) <= 25  # under four minutes on two cores
+    assert plan.steps <= (72_000 if mode == "live" else 5_000)
+    assert lesson.run.status().state == "new"
+
+
+@every_lesson
+def test_live_trains_the_very_methods_that_were_recorded(name):
+    assert course.lesson(name, "live").plan.methods == tuple(
+        method(row) for row in course.LESSONS[name].methods
+    )
+
+
+@every_lesson
+def test_fast_changes_the_path_and_nothing_else(name):
+    lesson = course.lesson(name, "fast")
+    path = {"alpha_step", "xi", "episodes_per_phase", "final_episodes", "window"}
+    for short in lesson.plan.methods:
+        whole = METHODS[short.name]
+        for field in dataclasses.fields(whole):
+            if field.name != "schedule":
+                assert getattr(short, field.name) == getattr(whole, field.name)
+        for field in dataclasses.fields(whole.schedule):
+            if field.name not in path:
+                given = getattr(short.schedule, field.name)
+                assert given == getattr(whole.schedule, field.name), field.name
+        assert (short.schedule.xi == 0) == (whole.schedule.xi == 0)
+        assert (short.schedule.window is None) == (whole.schedule.window is None)
+        assert {*short.schedule.alphas} <= {0.0, 0.5, 1.0}
+
+
+def test_nothing_is_trained_unless_asked(tmp_path, monkeypatch):
+    monkeypatch.delenv(course.MODE, raising=False)
+    monkeypatch.chdir(tmp_path)
+    lesson = rvl.lab.lesson(NAME)
+    assert lesson.mode == "recorded"
+    assert lesson.plan is None
+    assert lesson.run is None
+    assert "nothing is trained here" in str(lesson)
+    assert f'rvl.lab.lesson("{NAME}", "live")' in str(lesson)
+    assert not os.listdir(tmp_path)
+
+
+def test_the_environment_chooses_the_mode_and_the_notebook_overrules_it(monkeypatch):
+    monkeypatch.setenv(course.MODE, "fast")
+    assert rvl.lab.lesson(NAME).mode == "fast"
+    assert rvl.lab.lesson(NAME, "recorded").mode == "recorded"
+    monkeypatch.setenv(course.MODE, "")
+    assert rvl.lab.lesson(NAME).mode == "recorded"
+
+
+def test_an_unknown_lesson_lists_near_ones():
+    with pytest.raises(UnknownNameError, match="Did you mean '04_deterministic_or_randomised'"):
+        rvl.lab.lesson("04_deterministic")
+
+
+def test_an_unknown_mode_names_where_it_came_from(monkeypatch):
+    with pytest.raises(SettingsError, match=r"mode = 'alive'.*recorded"):
+        rvl.lab.lesson(NAME, "alive")
+    monkeypatch.setenv(course.MODE, "quick")
+    with pytest.raises(SettingsError, match="REVOLVER_LAB_MODE = 'quick'"):
+        rvl.lab.lesson(NAME)
+
+
+def test_without_torch_one_can_read_but_not_train(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    assert rvl.lab.lesson(NAME, "recorded").run is None
+    for mode in ("live", "fast"):
+        with pytest.raises(MissingExtraError, match=r"pip install 'revolver-lab\[train\]'"):
+            rvl.lab.lesson(NAME, mode)
+
+
+def test_recorded_rows_come_in_the_lessons_order_and_of_the_asked_reward(tmp_path):
+    rows = course.LESSONS[NAME].methods
+    _record(tmp_path, rows[::-1], None, 100)
+    _record(tmp_path, rows, "dense", 0)
+    for mode in ("recorded", "live"):
+        lesson = course.lesson(NAME, mode, folder=tmp_path)
+        assert lesson.recorded().methods == rows
+        np.testing.assert_allclose(lesson.recorded().scores()["revolver"], [100, 100.5, 101])
+    dense = lesson.recorded(methods=["revolver"], task="dense")
+    np.testing.assert_allclose(dense.scores()["revolver"], [0, 0.5, 1])
+    with pytest.raises(SettingsError, match="'scratch'"):
+        lesson.recorded(methods=["scratch"])
+
+
+def test_a_recorded_lesson_is_drawn_with_its_seeds_and_its_cost(tmp_path):
+    _record(tmp_path, course.LESSONS[NAME].methods, None, 10)
+    shown = lessons.Lesson(name=NAME, mode="recorded", folder=tmp_path).watch()
+    assert isinstance(shown, rvl.lab.Drawing)
+    assert "3 seeds" in shown.alt
+    assert "96 k for the expert" in shown.alt
+    assert "deterministic-equal ends at 10.5" in shown.alt
+
+
+def test_a_lesson_that_trains_is_watched(monkeypatch):
+    seen = []
+    monkeypatch.setattr(lessons, "watch", seen.append)
+    lesson = rvl.lab.lesson(NAME, "live")
+    lesson.watch()
+    assert seen == [lesson.run]
+    assert seen[0].plan == lesson.plan
+
+
+@pytest.mark.slow
+def test_fast_trains_every_row_with_two_seeds_and_leaves_nothing_behind():
+    lesson = course.lesson("02_why_direct_transfer_fails", "fast")
+    results = lesson.results()
+    assert results.methods == lesson.methods
+    assert all(results.seeds(name) == (0, 1) for name in results.methods)
+    assert {one.cost.steps for one in results.learners} == {4800}
+    assert not any(one.failure for one in results.learners)
+    folder = lesson.run.folder
+    assert folder.exists()
+    del lesson
+    assert not folder.exists()
