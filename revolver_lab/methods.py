@@ -73,12 +73,18 @@ _PATH = Schedule(episodes_per_phase=8, final_episodes=160)
 _TARGET_ONLY = Schedule(alpha_start=1.0, final_episodes=360)
 _EPISODE_STEPS = 200
 _ONE_PHASE = 8 * _EPISODE_STEPS  # transitions that one phase of a cheetah collects
-_LONG = {"alpha_step": 0.08, "episodes_per_phase": 16}
+_LONG = {"alpha_step": 0.08, "episodes_per_phase": 16, "final_episodes": 152}
 
 
 def _path(**changes: object) -> Schedule:
     """Returns the path of the course with some fields changed."""
     return dataclasses.replace(_PATH, **changes)  # type: ignore[arg-type]
+
+
+def _short(alpha_step: float, parts: int, final_episodes: int) -> Schedule:
+    """Returns a path whose phases are a part of an episode of every simulation."""
+    return _path(alpha_step=alpha_step, episodes_per_phase=8 // parts, short_phases=True,
+                 phase_steps=_ONE_PHASE // parts, final_episodes=final_episodes)  # fmt: skip
 
 
 _ROWS = (
@@ -93,11 +99,15 @@ _ROWS = (
     Method(name="revolver-equal", schedule=_path(window=math.inf, latest=_ONE_PHASE)),
     *(Method(name=f"xi-{xi:g}-equal", schedule=_path(xi=xi, window=math.inf, latest=_ONE_PHASE))
       for xi in (0.06, 0.3)),
-    # Half as many phases, each twice as long and as far; and one shorter than an episode.
+    # Half as many phases, each twice as long and as far.
     Method(name="deterministic-long", schedule=_path(xi=0.0, **_LONG)),
     Method(name="revolver-long", schedule=_path(**_LONG)),
-    Method(name="short-phases",
-           schedule=_path(alpha_step=0.02, phase_steps=_ONE_PHASE // 2, short_phases=True)),
+    # Phases of half an episode, at the usual pace and at twice the pace; the latter with whole
+    # episodes too, so that short can be told from quick; and phases of a quarter.
+    Method(name="short-phases", schedule=_short(0.02, 2, 160)),
+    Method(name="quick", schedule=_path(alpha_step=0.08, final_episodes=256)),
+    Method(name="quick-short-phases", schedule=_short(0.04, 2, 260)),
+    Method(name="quarter-phases", schedule=_short(0.04, 4, 310)),
     # Shaping: the paper's form, and the two that keep the size of the reward.
     Method(name="revolver-h1", schedule=_path(shaping=1.0)),
     Method(name="revolver-h1-relative", schedule=_path(shaping=1.0, shaping_form="relative")),

@@ -50,14 +50,15 @@ class Subject:
 LESSONS: Mapping[str, Subject] = {
     "02_why_direct_transfer_fails": Subject(methods=("scratch", "direct", "revolver"), seeds=5),
     "03_one_step_of_evolution": Subject(
-        methods=("revolver", "short-phases"), seeds=5, robots=PAIRS[:1]
+        methods=("revolver", "short-phases", "quick", "quick-short-phases", "quarter-phases"),
+        seeds=4, robots=PAIRS[:1],
     ),
     "04_deterministic_or_randomised": Subject(
         methods=("deterministic", "revolver", "deterministic-equal", "revolver-equal"), seeds=5
     ),
     "05_what_h_does": Subject(
         methods=("revolver", "revolver-h1", "revolver-h1-relative", "revolver-h1-normalised",
-                 "revolver-h8-normalised"), seeds=4,
+                 "revolver-h3", "revolver-h8-normalised"), seeds=4,
     ),
     "06_what_must_be_carried": Subject(
         methods=("revolver", "critic-reset", "no-cleaning", "window-0.33", "optimiser-fresh"),
@@ -96,13 +97,12 @@ class Lesson:
         """Returns what is trained here; None where recorded results are read."""
         if self.mode == "recorded":
             return None
-        rows = [method(name) for name in self.methods]
         if self.mode == "fast":
-            return Plan(robot=self.robots[0], methods=[_shortened(row) for row in rows],
-                        seeds=range(2), steps=_FAST_STEPS, evaluate_every=1600,
-                        evaluate_episodes=2)  # fmt: skip
-        return Plan(robot=self.robots[0], methods=rows, seeds=range(LESSONS[self.name].seeds),
-                    evaluate_every=12_000)  # fmt: skip
+            rows = [_shortened(method(name)) for name in self.methods]
+            return Plan(robot=self.robots[0], methods=rows, seeds=range(2), steps=_FAST_STEPS,
+                        evaluate_every=1600, evaluate_episodes=2)  # fmt: skip
+        seeds = range(LESSONS[self.name].seeds)
+        return Plan(robot=self.robots[0], methods=self.methods, seeds=seeds, evaluate_every=12_000)
 
     @functools.cached_property
     def run(self) -> Run | None:
@@ -149,7 +149,8 @@ class Lesson:
         plan = self.plan
         seeds = "" if plan is None else f", {len(plan.seeds)} seeds each"
         other = "live" if self.mode == "recorded" else "recorded"
-        return (f"{', '.join(self.methods)}{seeds}. Mode {self.mode}: {MODES[self.mode]}.\n"
+        return (f"{self.robots[0]}: {', '.join(self.methods)}{seeds}.\n"
+                f"Mode {self.mode}: {MODES[self.mode]}.\n"
                 f'For another mode: rvl.lab.lesson("{self.name}", "{other}").')  # fmt: skip
 
 
