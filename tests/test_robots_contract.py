@@ -204,15 +204,15 @@ def test_the_emerging_feet_are_the_table(end, ankle, foot, gear):
 def test_the_emerging_segment_is_the_table(end, k):
     model = both("cheetah-segment")[end]
     capsule, joint = model.geom("bsegment"), model.joint("bsegment")
-    np.testing.assert_allclose(capsule.pos, [0, 0, -0.20 * k], atol=1e-12)
+    np.testing.assert_allclose(capsule.pos, [0, 0, -0.30 * k], atol=1e-12)
     np.testing.assert_allclose(capsule.quat, [1, 0, 0, 0], atol=1e-12)
-    assert capsule.size[:2] == pytest.approx([0.046 * k, 0.20 * k])
+    assert capsule.size[:2] == pytest.approx([0.046 * k, 0.30 * k])
     np.testing.assert_allclose(np.degrees(joint.range), [-50, 50])
     assert (joint.stiffness, joint.damping, joint.armature) == (60, 1.5, 0.1)
     assert model.actuator("bsegment").gear[0] == 30 * k
-    volume = (4 / 3 * np.pi * 0.046**3 + np.pi * 0.046**2 * 0.40) * k**3
+    volume = (4 / 3 * np.pi * 0.046**3 + np.pi * 0.046**2 * 0.60) * k**3
     assert model.body("bsegment").mass[0] == pytest.approx(637 * volume)
-    assert mass("cheetah-segment")[end] == pytest.approx([13.5, 15.45][end], abs=0.05)
+    assert mass("cheetah-segment")[end] == pytest.approx([13.5, 16.3][end], abs=0.05)
 
 
 def test_the_segment_hangs_from_the_tip_of_the_back_foot():
