@@ -43,6 +43,8 @@ class Gate:
         every: Iterations between evaluations.
         finish: Success at alpha = 1 at which training ends.
         finish_episodes: Episodes of that evaluation.
+        grid: Whether beta is the nearest of the 1,001 robots that are kept once compiled
+            (appendix B); otherwise every trajectory compiles a robot of its own.
     """
 
     alpha_step: float = 0.01
@@ -52,6 +54,7 @@ class Gate:
     every: int = 5
     finish: float = 0.9
     finish_episodes: int = 50
+    grid: bool = True
 
     def __post_init__(self) -> None:
         """Refuses settings that cannot work."""
@@ -61,6 +64,8 @@ class Gate:
         self._require("shaping", -20, 20)
         for name in ("every", "finish_episodes"):
             self._require(name, 1, math.inf, whole=True)
+        if not isinstance(self.grid, bool):
+            raise SettingsError(f"grid = {self.grid!r}", "True or False", "Leave it at True.")
 
     def _require(
         self, name: str, low: float, high: float, *, least: bool = True, whole: bool = False

@@ -105,10 +105,8 @@ class NaturalTransfer:
     def iterate(self) -> Iteration:
         """Makes one iteration, and asks the gate."""
         alpha = self.position.alpha
-        report = self.learner.iterate(
-            self.env, lambda _, rng: self.gate.draw(alpha, rng), shaping=self.gate.shaping,
-            success=self.success,
-        )  # fmt: skip
+        report = self.learner.iterate(self.env, self._draw, shaping=self.gate.shaping,
+                                      success=self.success)  # fmt: skip
         steps = self.steps + report.steps
         self.position = self.gate.after(self.position, report.success, self._measure(steps))
         self.iterations.append(self._written(alpha, steps, report))
@@ -117,6 +115,11 @@ class NaturalTransfer:
         if self.report is not None:
             self.report(self.iterations[-1])
         return self.iterations[-1]
+
+    def _draw(self, simulation: int, rng: np.random.Generator) -> float:
+        """Draws beta for a trajectory."""
+        beta = self.gate.draw(self.position.alpha, rng)
+        return self.env.evolve.nearest(beta) if self.gate.grid else beta
 
     def _written(self, alpha: float, steps: int, report: "IterationReport") -> Iteration:
         """Returns the record of an iteration."""
