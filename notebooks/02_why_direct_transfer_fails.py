@@ -21,9 +21,10 @@
 # **REvolveR** takes the way through the robots between: E(α) for α from 0 to 1, a little at a
 # time.
 #
-# **The claim: where a reward is rare on the target, REvolveR ends with more than direct transfer,
-# after the same number of steps.** The last cell compares every seed of the one with every seed of
-# the other. On the way there we look for the reason, and for robots where the claim is wrong.
+# **The claim: on a robot beyond the cliff, with a reward that is rare, REvolveR ends with more
+# than direct transfer after the same number of steps.** The last cell compares every seed of the
+# one with every seed of the other. On the way there we look for the reason, and for robots on
+# which the claim is wrong: there are some.
 #
 # The first cell says what is compared, and whether anything is trained here.
 
@@ -117,7 +118,7 @@ checks.two(chance)
 # %% [markdown]
 # ## Equal steps
 #
-# Now the three ways side by side, on the cheetah whose front leg shrinks: 72,000 environment steps
+# Now the three ways side by side, on the pair that the first cell named: as many environment steps
 # for each learner, the same networks, the same rates, several seeds. The figure shows what their
 # policies earn on the target. (If this notebook trains, the figure is alive, and there is a button
 # to stop it.)
@@ -126,7 +127,8 @@ checks.two(chance)
 lesson.watch()
 
 # %% [markdown]
-# At the end, one dot for each seed. Direct transfer began with an expert, scratch with nothing.
+# At the end, one dot for each seed. Direct transfer and REvolveR began with the same expert,
+# scratch with nothing.
 
 # %%
 results = lesson.results()
@@ -163,8 +165,8 @@ for when, policy in (("before", rvl.load_expert(lesson.robots[0])), ("after", af
     print(f"{when}: {played.mean():.0f} points at home")
 
 # %% [markdown]
-# Training without rewards is not the same as not training. The last exercise is about how a critic
-# forgets when it is taught nothing but zeros.
+# Learning from few rewards is not the same as not learning: the networks change all the time. The
+# last exercise is about what becomes of a critic that is taught nothing but zeros.
 #
 # ### Exercise 3: what zeros teach
 #
@@ -192,22 +194,20 @@ for name in lesson.robots:
     print(f"{name:24} {means}   {often.value:.2f} ({often.low:.2f} to {often.high:.2f})")
 
 # %% [markdown]
-# Read the table row by row, and do not stop at the first. On `cheetah-long-legs` direct transfer
-# is no failure at all: its target is met with no reward by the untouched expert, as the count
-# above says, and yet it is learnt. A learner that explores is not an expert that stands still.
-# **So a cliff is no proof that direct transfer fails, and a count of zero is none either.** What
-# could be different about this pair? Look at its robots with
-# `rvl.lab.explore(rvl.load("cheetah-long-legs"))`.
+# Read the table row by row, and do not stop at the rows that please. **Where does direct transfer
+# win, or tie?** Go back to the curves over α and to the counts of rewarded episodes: could you
+# have told beforehand which rows these would be? A cliff is no proof that direct transfer fails,
+# and neither is a count of zero: an expert that stands still is not a learner that explores.
 #
 # These pairs were also chosen: we looked for targets on which the expert fails, by hand, and took
 # those that were neither too easy (direct transfer wins or ties) nor too hard (everything is 0).
-# And the reward matters as much as the robots. With a dense one, points for speed, every episode
+# And the reward matters as much as the robots: with a dense one, points for speed, every episode
 # teaches something, and direct transfer is a strong baseline.
 #
 # ## The number that must hold
 #
-# Back to the claim, on the front leg, on recorded runs. The cell prints how often a seed of
-# REvolveR ends with more than a seed of direct transfer.
+# Back to the claim, on the pair that the first cell named, on recorded runs. The cell prints how
+# often a seed of REvolveR ends with more than a seed of direct transfer.
 
 # %%
 scores = lesson.recorded().scores()
@@ -216,8 +216,8 @@ print(f"revolver beats direct in {often.value:.0%} of all pairs of {often.seeds}
 assert often.value > 0.95
 
 # %% [markdown]
-# The way through the robots between keeps the rewards coming: that is all that REvolveR adds, and
-# where rewards are rare it is a lot.
+# What REvolveR adds is a way on which rewards keep coming, while direct transfer waits for luck.
+# Where luck is likely, it is the shorter way.
 #
 # **Go on:** take one step of the evolution yourself, in
 # [03_one_step_of_evolution](03_one_step_of_evolution.ipynb); or train these rows on your own

@@ -54,11 +54,11 @@ print(f"difference {5844.46 - 5363.89:.0f}, p = {told.pvalue:.2f}")
 #
 # ## The whole ablation at once
 #
-# Our robot is the cheetah whose front leg shrinks, with a sparse reward, and 72,000 steps for each
-# learner. Four rows: the two variants as they come, and the two with equal data, of which more
-# below. All learners of all rows and seeds are independent, and train side by side in one
-# **population**: their networks are stacked and multiplied together. The figure shows what their
-# policies earn on the target. (If this notebook trains, the figure is alive.)
+# The pair of robots is the one that the first cell named; the reward is sparse. Four rows: the two
+# variants as they come, and the two with equal data, of which more below. All learners of all rows
+# and seeds are independent, and train side by side in one **population**: their networks are
+# stacked and multiplied together. The figure shows what their policies earn on the target. (If
+# this notebook trains, the figure is alive.)
 
 # %%
 lesson.watch()
@@ -74,9 +74,9 @@ as_they_come = results.select(["deterministic", "revolver"])
 rvl.lab.plots.rows(as_they_come.scores(), cost=as_they_come.cost, title="As they come")
 
 # %% [markdown]
-# That is a far larger difference than the paper's, so large that it should make us suspicious. A
-# deterministic learner that takes steps of 0.04 meets 26 robots, each next to the one before. Are
-# they so different from random ones that nothing at all is learnt?
+# Before we call the one variant robust: a deterministic learner takes steps of 0.04 and meets 26
+# robots, each next to the one before. A randomised one meets the robots between them, too. Is that
+# all that differs?
 #
 # ## What each cleaning keeps
 #
@@ -150,8 +150,8 @@ for kind in ("", "-equal"):
 #
 # ## Five pairs of robots
 #
-# Recorded runs on all pairs: the mean of each row, and the difference with equal data. On the ball
-# in a cup an episode is half as long, so a phase brings half as much.
+# Recorded runs on all pairs: the mean of each row, and the difference with equal data. (On the
+# ball in a cup an episode is half as long, so that a phase holds two of each simulation.)
 
 # %%
 print(f"{'':24}" + "".join(f"{name:>20}" for name in lesson.methods))
