@@ -143,6 +143,7 @@ class RobotVectorEnv(VectorEnv):
         self._ctrl[:] = self._controls(actions, self._ctrl.shape)
         suspect = self._simulate(None if active.all() else np.flatnonzero(active))
         outcome = judge(self.task, self.robot, before, suspect, self._last)
+        outcome.observation[self.halted] = self._last[self.halted]
         self._last = outcome.observation
         self._steps += 1
         self._held += outcome.success & active
