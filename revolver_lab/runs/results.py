@@ -14,6 +14,7 @@ from revolver_lab.methods import method as method_named
 from revolver_lab.policies import Policy
 from revolver_lab.runs import store
 from revolver_lab.stats import Cost
+from revolver_lab.weights import digest
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
@@ -196,7 +197,8 @@ def recorded(robot: str, methods: Sequence[str] | None = None, *, folder: Path |
         robot: Registered name.
         methods: Which methods, in the order wanted; None takes all.
         folder: Where recorded runs are; None is those that are shipped.
-        settings: What else the plans have to agree on, field by field; by default the course's.
+        settings: What else the plans have to agree on, field by field; by default the course's
+            steps and learner, and the shipped expert where a method begins with one.
 
     Raises:
         SettingsError: If nothing is recorded, or a method is not.
@@ -210,10 +212,12 @@ def recorded(robot: str, methods: Sequence[str] | None = None, *, folder: Path |
     home = folder or asset_folder("results")
     usual = Plan(robot=robot, methods=["scratch"], seeds=[0])
     wanted = {"steps": usual.steps, "learner": usual.learner} | (settings or {})
+    expert = wanted.pop("expert", None) or digest(load_expert(robot).weights)
     found: list[Results] = []
     for path in sorted(home.glob(f"{robot}-*/{store.CARD}")):
         plan = store.read_plan(path.parent)
-        if plan.robot == robot and all(getattr(plan, k) == v for k, v in wanted.items()):
+        fits = plan.robot == robot and plan.expert in (None, expert)
+        if fits and all(getattr(plan, k) == v for k, v in wanted.items()):
             found.append(read_results(path.parent))
     if not found:
         raise SettingsError(f"no recorded run of {robot!r} in {home}", "a run that was recorded",
