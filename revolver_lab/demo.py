@@ -10,7 +10,6 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from revolver_lab.transferring import transfer
 from revolver_lab.errors import RevolverError
 from revolver_lab.evaluation import evaluate
 from revolver_lab.experts import load_expert
@@ -19,6 +18,7 @@ from revolver_lab.policies import Policy
 from revolver_lab.progress import ProgressLines
 from revolver_lab.recorder import Progress
 from revolver_lab.robots import registry
+from revolver_lab.transferring import transfer
 
 ROBOT = "cheetah-front-leg"
 STEPS = 72_000  # environment steps of each method

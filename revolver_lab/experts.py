@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from revolver_lab.transferring import transfer
 from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.evaluation import evaluate
 from revolver_lab.files import asset_folder
@@ -14,6 +13,7 @@ from revolver_lab.policies import Policy
 from revolver_lab.recorder import Progress
 from revolver_lab.robots import registry
 from revolver_lab.schedule import Schedule
+from revolver_lab.transferring import transfer
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,7 @@ class Stage:
 
 
 # Dense until it runs, then the sparse reward that the transfer will have (facts, section 7).
-_SB3 = dataclasses.replace(COURSE, engine="stable-baselines3")  # which trained those that are shipped
+_SB3 = dataclasses.replace(COURSE, engine="stable-baselines3")  # what the shipped ones came by
 _CHEETAH = (
     Stage(task="dense", steps=64_000,
           learner=dataclasses.replace(_SB3, updates=2, ent_coef="auto_0.1")),

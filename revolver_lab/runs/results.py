@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from revolver_lab.errors import PolicyFileError, SettingsError
+from revolver_lab.experts import load_expert
 from revolver_lab.files import asset_folder
 from revolver_lab.methods import method as method_named
 from revolver_lab.policies import Policy
