@@ -204,10 +204,32 @@ for name in lesson.robots:
 # And the reward matters as much as the robots: with a dense one, points for speed, every episode
 # teaches something, and direct transfer is a strong baseline.
 #
+# ## Another expert
+#
+# There is one more choice behind all of this: the expert. We trained another one on the same
+# source, with the same number of steps, only at a slower rate at the end. At home the two are
+# equally good. The cell prints what they earn there, and the recorded mean on the target, for
+# both.
+
+# %%
+from revolver_lab.runs.course import OTHER_EXPERT
+
+for who, expert in (("this expert", None), ("the other", OTHER_EXPERT)):
+    found = lesson.recorded(lesson.robots[0], expert=expert)
+    means = [f"{name} {each.mean():.1f}" for name, each in found.scores().items()]
+    print(f"{who:11} at home {found.expert_return:.1f}; on the target: {', '.join(means)}")
+
+# %% [markdown]
+# Same robots, same reward, same steps, an expert that nobody could tell from the first at home:
+# and direct transfer gets there, too. So "direct transfer fails" is a sentence about a pair of
+# robots, a reward **and** an expert, and a result with one expert is a result with one expert.
+# What we have recorded does not say what the second one does better. **What would you look at?**
+# (How random its actions are, and how sure its critic is, for a start.)
+#
 # ## The number that must hold
 #
-# Back to the claim, on the pair that the first cell named, on recorded runs. The cell prints how
-# often a seed of REvolveR ends with more than a seed of direct transfer.
+# Back to the claim, on the pair that the first cell named, with the shipped expert, on recorded
+# runs. The cell prints how often a seed of REvolveR ends with more than a seed of direct transfer.
 
 # %%
 scores = lesson.recorded().scores()

@@ -162,6 +162,18 @@ for name in lesson.robots:
     print(f"{name:24}{means}   {found.value:+.1f} ({found.low:+.1f} to {found.high:+.1f})")
 
 # %% [markdown]
+# How much starvation hurts depends on the expert, too. The next cell prints what both variants
+# come to, as they come, with another expert that is equally good at home, on the first pair.
+
+# %%
+from revolver_lab.runs.course import OTHER_EXPERT
+
+other = lesson.recorded(methods=["deterministic", "revolver"], expert=OTHER_EXPERT).scores()
+found = rvl.stats.paired(other["revolver"], other["deterministic"]).difference
+print(", ".join(f"{name} {each.mean():.1f}" for name, each in other.items()))
+print(f"difference {found.value:+.1f} ({found.low:+.1f} to {found.high:+.1f})")
+
+# %% [markdown]
 # ## Over ξ, with equal data
 #
 # If random robots make a policy robust, a wider window should help, until it is so wide that

@@ -20,10 +20,10 @@ NAME = "04_deterministic_or_randomised"
 every_lesson = pytest.mark.parametrize("name", course.LESSONS)
 
 
-def _record(folder, methods, task, offset):
+def _record(folder, methods, task, offset, expert=None):
     """A recorded run of three seeds whose learners return offset + seed."""
     robot = course.LESSONS[NAME].robots[0]
-    plan = Plan(robot=robot, methods=methods, seeds=range(3), task=task)
+    plan = Plan(robot=robot, methods=methods, seeds=range(3), task=task, expert=expert)
     whose = [{"method": m.method.name, "seed": m.seed} for m in plan.members]
     nothing = {"evaluation_steps": 0, "wall_time": 1.0, "reached_target": True, "failure": ""}
     phase = {"phase": 0, "episodes": 8, "steps": 1600, "episode_return": 1.0, "kept": 0}
@@ -128,6 +128,16 @@ def test_recorded_rows_come_in_the_lessons_order_and_of_the_asked_reward(tmp_pat
     np.testing.assert_allclose(dense.scores()["revolver"], [0, 0.5, 1])
     with pytest.raises(SettingsError, match="'scratch'"):
         lesson.recorded(methods=["scratch"])
+
+
+def test_runs_with_another_expert_are_kept_apart(tmp_path):
+    rows = course.LESSONS[NAME].methods
+    _record(tmp_path, rows, None, 100)
+    _record(tmp_path, rows, None, 7, expert=course.OTHER_EXPERT)
+    lesson = course.lesson(NAME, "recorded", folder=tmp_path)
+    np.testing.assert_allclose(lesson.recorded().scores()["revolver"], [100, 100.5, 101])
+    other = lesson.recorded(expert=course.OTHER_EXPERT)
+    np.testing.assert_allclose(other.scores()["revolver"], [7, 7.5, 8])
 
 
 def test_a_recorded_lesson_is_drawn_with_its_seeds_and_its_cost(tmp_path):

@@ -29,6 +29,10 @@ PAIRS = ("cheetah-front-leg", "cheetah-short-legs", "cheetah-long-legs", "cheeta
          "ball-in-cup-weak-motors")  # fmt: skip
 """The pairs at course scale; what is trained here is trained on the first."""
 
+OTHER_EXPERT = "a6eed311842b7c71f571a8ebd1d0ce530f072436662803f04d2b27fcde609911"
+"""Weights of another expert of the cheetahs, trained at a slower rate at the end, equally good at
+home; recorded on the first pair, since what direct transfer comes to depends on the expert."""
+
 _FAST_STEPS = 4800  # two phases of one episode in each simulation, and the last
 
 
@@ -127,7 +131,7 @@ class Lesson:
 
     def recorded(
         self, robot: str | None = None, methods: Sequence[str] | None = None,
-        task: str | None = None,
+        task: str | None = None, expert: str | None = None,
     ) -> Results:  # fmt: skip
         """Returns recorded rows, in every mode.
 
@@ -135,14 +139,15 @@ class Lesson:
             robot: One of `robots`; None is the first.
             methods: Other rows than those of the lesson.
             task: The reward, by its name; None is the robot's first.
+            expert: Hash of the expert's weights; None is the shipped one.
 
         Raises:
             SettingsError: If nothing is recorded, or a row is not.
         """
         robot = robot or self.robots[0]
-        reward = task or next(iter(registry.get(robot).tasks))
-        return recorded(robot, methods or self.methods, folder=self.folder,
-                        settings={"task": reward})  # fmt: skip
+        settings = {"task": task or next(iter(registry.get(robot).tasks))}
+        settings |= {"expert": expert} if expert else {}
+        return recorded(robot, methods or self.methods, folder=self.folder, settings=settings)
 
     def __str__(self) -> str:
         """Says what happens in this mode, and how to change it."""
