@@ -4,7 +4,6 @@ import contextlib
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 from typing import IO
 
 from revolver_lab.errors import SettingsError
@@ -12,40 +11,41 @@ from revolver_lab.runs import store
 
 
 class ShardTakenError(SettingsError):
-    """A worker is at the shard already."""
+    """A shard that another worker is training."""
 
 
 @contextlib.contextmanager
 def claimed(folder: Path, patience: float = 0.0) -> Iterator[None]:
-    """Keeps a second worker away from a shard; the claim ends with the process, however it ends.
+    """Keeps a second worker away from a folder; the claim ends with the process, however it ends.
 
     Args:
-        folder: The shard's.
-        patience: How long to wait for it [s].
+        folder: A shard's, or that of all shards.
+        patience: How long to wait for another's claim to end [s]; whoever only looks whether
+            a worker is there claims the folder for a moment, too.
 
     Raises:
         ShardTakenError: If a worker is at it already.
+        FileNotFoundError: If there is no such folder.
     """
+    until = time.monotonic() + patience
+    with open(folder / store.LOCK, "w") as file:
+        while not _lock(file):
+            if time.monotonic() >= until:
+                raise ShardTakenError(f"{folder}, which a worker is training", "one worker a shard",
+                              "Wait for it, or stop it by run.stop().")  # fmt: skip
+            time.sleep(0.05)
+        yield
+
+
+def _lock(file: IO[str]) -> bool:
+    """Takes the lock if it is free."""
     try:
         import fcntl
     except ImportError:  # no such locks on Windows
-        yield
-        return
-    with open(folder / store.LOCK, "w") as file:
-        until = time.monotonic() + patience
-        while not _locked(file, fcntl):
-            if time.monotonic() >= until:
-                raise ShardTakenError(f"{folder}, which a worker is training", "one worker a shard",
-                                      "Wait for it, or stop it by run.stop().")  # fmt: skip
-            time.sleep(0.02)
-        yield
-
-
-def _locked(file: IO[str], fcntl: ModuleType) -> bool:
-    """Locks a file, or says that somebody else has."""
+        return True
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except BlockingIOError:
         return False
     return True
 
@@ -55,5 +55,7 @@ def is_claimed(folder: Path) -> bool:
     try:
         with claimed(folder):
             return False
+    except FileNotFoundError:  # it is done, and cleared away
+        return False
     except ShardTakenError:
         return True

@@ -10,18 +10,32 @@ from revolver_lab.files import write_json
 from revolver_lab.logs import write_table
 from revolver_lab.policies import Policy
 from revolver_lab.runs import store
+from revolver_lab.runs.claim import claimed
 from revolver_lab.runs.plan import Plan
+
+_PATIENCE = 30.0  # with somebody else who collects the same run [s]
 
 
 def collect(folder: Path, plan: Plan) -> None:
     """Writes the tables, the policies and, last, the card; then the shards may go.
 
-    It can be interrupted and repeated, and two that do it at once write the same.
+    It can be interrupted and repeated; of two that do it at once, one waits for the other.
 
     Args:
         folder: The run's.
         plan: What was asked for.
     """
+    try:
+        with claimed(folder / store.WORK, _PATIENCE):
+            if not (folder / store.CARD).exists():
+                _collect(folder, plan)
+    except FileNotFoundError:  # somebody else was faster, and has cleared away
+        if not (folder / store.CARD).exists():
+            raise
+
+
+def _collect(folder: Path, plan: Plan) -> None:
+    """Writes everything; nobody else does at the time."""
     shards = [store.shard_folder(folder, shard) for shard in range(store.count_shards(folder))]
     done = [store.read_json(work / store.DONE) for work in shards]
     place = {member.name: i for i, member in enumerate(plan.members)}
@@ -29,8 +43,8 @@ def collect(folder: Path, plan: Plan) -> None:
     rows.sort(key=lambda row: place[f"{row['method']}-{row['seed']}"])
     for work in shards:
         _move(work / store.POLICIES, folder / store.POLICIES)
-    for name, table in store.flatten(rows).items():
-        write_table(folder / name, table)
+    digests = {name: store.digest_of(write_table(folder / name, table))
+               for name, table in store.flatten(rows).items()}  # fmt: skip
     write_json(folder / store.CARD, {
         "command": plan.command, "commit": done[0]["commit"], "versions": done[0]["versions"],
         "wall_time": max(row["wall_time"] for row in rows), "processes": len(shards),
@@ -39,6 +53,7 @@ def collect(folder: Path, plan: Plan) -> None:
         **_expert(folder),
         "failures": {f"{row['method']}-{row['seed']}": row["failure"]
                      for row in rows if row["failure"]},
+        "digests": digests,
     })  # fmt: skip
     shutil.rmtree(folder / store.WORK, ignore_errors=True)
 
@@ -46,7 +61,7 @@ def collect(folder: Path, plan: Plan) -> None:
 def _move(source: Path, target: Path) -> None:
     """Moves every file of a folder, those that are there."""
     target.mkdir(parents=True, exist_ok=True)
-    for path in source.glob("*"):
+    for path in [*source.glob("*.safetensors"), *source.glob("*.json")]:
         with contextlib.suppress(FileNotFoundError):
             os.replace(path, target / path.name)
 

@@ -12,8 +12,9 @@ from revolver_lab.experts import load_expert
 from revolver_lab.learners.settings import COURSE, LearnerSettings
 from revolver_lab.methods import METHODS, Member, Method, fitted, members, method
 from revolver_lab.policies import Policy
-from revolver_lab.preflight import check_evaluations, check_steps
+from revolver_lab.preflight import check_steps
 from revolver_lab.robots import registry
+from revolver_lab.runs.checking import check_kinds, check_names, check_plain
 from revolver_lab.weights import digest
 
 FORMAT = 1
@@ -63,33 +64,22 @@ class Plan:
 
     def __post_init__(self) -> None:
         """Looks names up, and refuses what cannot work before anything is trained."""
+        check_kinds(self)
         task = registry.get(self.robot).make_task(self.task)
         chosen = tuple(fitted(method(m), task.episode_steps) if isinstance(m, str) else m
                        for m in self.methods)  # fmt: skip
         object.__setattr__(self, "methods", chosen)
         object.__setattr__(self, "seeds", tuple(int(seed) for seed in self.seeds))
         object.__setattr__(self, "task", self.task or next(iter(registry.get(self.robot).tasks)))
-        check_evaluations(self.evaluate_every, self.evaluate_episodes)
-        if self.evaluate_episodes < 1 or not isinstance(self.steps, int):
-            raise SettingsError(
-                f"steps = {self.steps!r}, evaluate_episodes = {self.evaluate_episodes}",
-                "a whole number of steps, and 1 episode or more", "Ask for 72,000 and 10.",
-            )  # fmt: skip
+        check_names(chosen)
+        members(chosen, self.seeds)
         for chosen_method in chosen:
             schedule = chosen_method.schedule
             schedule.check(self.learner.simulations, task.episode_steps)
             check_steps(self.steps, schedule, self.learner.simulations, task.episode_steps)
-        self._require_population()
+        check_plain(self.to_json())
         if self.expert is None and any(m.expert for m in chosen):
             object.__setattr__(self, "expert", digest(load_expert(self.robot).weights))
-
-    def _require_population(self) -> None:
-        """Refuses learners that cannot be told apart, or trained side by side."""
-        if len(self.members) > 1 and not self.learner.stacks:
-            raise SettingsError(
-                f"{len(self.members)} learners with {self.learner.name} of stable-baselines3",
-                "SAC or TD3 of the stacked engine", "Train them one at a time by rvl.transfer.",
-            )  # fmt: skip
 
     @property
     def members(self) -> tuple[Member, ...]:
@@ -146,10 +136,15 @@ class Plan:
                                 f"{sorted(known)}", "It was written by another version of "
                                 "revolver_lab: train it again with this one.")  # fmt: skip
         given = {name: item for name, item in value.items() if name != "format"}
-        return cls(**{
-            **given, "methods": [Method.from_json(m) for m in value["methods"]],
-            "learner": LearnerSettings.from_json(value["learner"]),
-        })  # fmt: skip
+        try:
+            given |= {"methods": [Method.from_json(m) for m in value["methods"]],
+                      "learner": LearnerSettings.from_json(value["learner"])}  # fmt: skip
+        except (TypeError, KeyError, AttributeError, ValueError) as problem:
+            raise SettingsError(
+                f"{path}, whose methods or learner cannot be read ({problem})",
+                "settings of this version", "Restore it, or train it again with this version.",
+            ) from problem  # fmt: skip
+        return cls(**given)
 
     def check_expert(self, expert: Policy) -> Policy:
         """Returns the expert if it is the one that was planned with.

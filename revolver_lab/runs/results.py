@@ -17,6 +17,8 @@ from revolver_lab.runs import store
 from revolver_lab.stats import Cost
 from revolver_lab.weights import digest
 
+_RESTORE = "Restore it, or delete the folder and train again."
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
 class LearnerResult:
@@ -148,14 +150,20 @@ def read_results(folder: Path) -> Results:
     Raises:
         SettingsError: If it is not finished, torn, or of another version.
     """
-    card = store.read_json(folder / store.CARD)
-    phases, evaluations = (_rows(folder / name) for name in (store.PHASES, store.EVALUATIONS))
-    rows = _rows(folder / store.LEARNERS)
-    share = int(card["processes"]) / max(len(rows), 1)  # of the time of a worker, a learner
-    learners = [_learner(row, phases, evaluations, folder, share) for row in rows]
-    return Results(robot=store.read_plan(folder).robot, learners=tuple(learners),
-                   expert_steps=int(card["expert_steps"]), commands=(card["command"],),
-                   expert_return=card.get("expert_return"))  # fmt: skip
+    card, plan = store.read_json(folder / store.CARD), store.read_plan(folder)
+    names = (store.LEARNERS, store.PHASES, store.EVALUATIONS)
+    try:
+        rows, phases, evaluations = (_rows(folder / name, card) for name in names)
+        share = int(card["processes"]) / max(len(rows), 1)  # of the time of a worker, a learner
+        learners = [_learner(row, phases, evaluations, folder, share) for row in rows]
+        return Results(robot=plan.robot, learners=tuple(learners),
+                       expert_steps=int(card["expert_steps"]), commands=(card["command"],),
+                       expert_return=card.get("expert_return"))  # fmt: skip
+    except (KeyError, IndexError, ValueError, TypeError, AttributeError) as problem:
+        if isinstance(problem, SettingsError):
+            raise
+        raise SettingsError(f"the tables of {folder}, which are torn ({problem!r})",
+                            "those of a finished run", _RESTORE) from problem  # fmt: skip
 
 
 def _learner(
@@ -180,14 +188,19 @@ def _learner(
     )  # fmt: skip
 
 
-def _rows(path: Path) -> list[dict[str, str]]:
-    """Reads a table."""
+def _rows(path: Path, card: dict[str, Any]) -> list[dict[str, str]]:
+    """Reads a table, if it is the one that was written."""
     try:
+        whole = card.get("digests", {}).get(path.name) in (None, store.digest_of(path))
         with open(path, newline="") as file:
-            return [*csv.DictReader(file)]
+            rows = [*csv.DictReader(file)]
     except OSError as problem:
         raise SettingsError(f"{path}, which cannot be read", "the table of a finished run",
-                            "Restore it, or train again.") from problem  # fmt: skip
+                            _RESTORE) from problem  # fmt: skip
+    if not whole:
+        raise SettingsError(f"{path}, which is torn or was altered", "the table that was written",
+                            _RESTORE)  # fmt: skip
+    return rows
 
 
 def recorded(robot: str, methods: Sequence[str] | None = None, *, folder: Path | None = None,

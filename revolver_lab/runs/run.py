@@ -12,8 +12,10 @@ from revolver_lab.experts import load_expert
 from revolver_lab.files import asset_folder, write_json
 from revolver_lab.policies import Policy
 from revolver_lab.runs import store
+from revolver_lab.runs.checking import check_machine
 from revolver_lab.runs.claim import is_claimed
 from revolver_lab.runs.collecting import collect
+from revolver_lab.runs.ended import ended
 from revolver_lab.runs.plan import Plan
 from revolver_lab.runs.results import Results, read_results
 from revolver_lab.runs.status import LearnerStatus, Status, read
@@ -90,31 +92,40 @@ class Run:
             every: Seconds between checkpoints [s].
 
         Raises:
-            SettingsError: If the expert is not the planned one.
+            SettingsError: If the expert is not the planned one, or the replays would not fit into
+                memory.
+            PolicyFileError: If the expert does not fit the robot.
         """
-        if processes < 1 or every <= 0:
+        if not (isinstance(processes, int) and processes >= 1 and every > 0):
             raise SettingsError(
-                f"processes = {processes}, every = {every}",
+                f"processes = {processes!r}, every = {every!r}",
                 "1 process or more, and a positive time", "Leave them out.",
             )  # fmt: skip
-        if self.status().state in ("finished", "running"):
+        state = self.status().state
+        if state == "running" and (self.folder / store.STOP).exists():
+            state = self.stop().status().state  # somebody asked for that first
+        if state == "finished" or (state == "running" and self._workers):
             return self
         self._prepare(min(processes, len(self.plan.members)))
         (self.folder / store.STOP).unlink(missing_ok=True)
         for shard in range(store.count_shards(self.folder)):
             work = store.shard_folder(self.folder, shard)
-            (work / store.FAILED).unlink(missing_ok=True)
-            if not (work / store.DONE).exists():
+            if not (work / store.DONE).exists() and not is_claimed(work):
+                (work / store.FAILED).unlink(missing_ok=True)
                 self._workers.append(self._spawn(shard, every))
         return self
 
     def _prepare(self, processes: int) -> None:
         """Makes the folder; what is there stays."""
-        write_json(self.folder / store.CONFIG, self.plan.to_json())
+        expert, begun = None, store.count_shards(self.folder) > 0
         if self.plan.expert is not None and not (self.folder / store.EXPERT).exists():
-            expert = self._expert or load_expert(self.plan.robot)
-            self.plan.check_expert(expert).save(self.folder / store.EXPERT)
-        if store.count_shards(self.folder) == 0:
+            expert = self.plan.check_expert(self._expert or load_expert(self.plan.robot))
+        if not begun:
+            check_machine(self.plan, expert)
+        write_json(self.folder / store.CONFIG, self.plan.to_json())
+        if expert is not None:
+            expert.save(self.folder / store.EXPERT)
+        if not begun:
             for shard in range(processes):
                 store.shard_folder(self.folder, shard).mkdir(parents=True, exist_ok=True)
             write_json(self.folder / store.SHARDS, {"shards": processes})
@@ -171,10 +182,8 @@ class Run:
     def status(self) -> Status:
         """Looks at the folder, and returns how the run is doing."""
         self._workers[:] = [worker for worker in self._workers if worker.poll() is None]
-        planned = self.plan.steps * len(self.plan.members)
         if (self.folder / store.CARD).exists():
-            return Status(state="finished", learners=self._last_words(), steps=planned,
-                          steps_planned=planned, seconds=self._seconds())  # fmt: skip
+            return ended(self.folder)
         shards = [
             store.shard_folder(self.folder, s) for s in range(store.count_shards(self.folder))
         ]
@@ -185,7 +194,8 @@ class Run:
         messages = failures or [str(said["message"]) for _, said in told if said.get("message")]
         return Status(
             state=self._state(shards, bool(failures)), learners=self._ordered(learners),
-            steps=sum(one.steps for one in learners), steps_planned=planned,
+            steps=sum(one.steps for one in learners),
+            steps_planned=self.plan.steps * len(self.plan.members),
             seconds=max((float(said.get("seconds", 0.0)) for _, said in told), default=0.0),
             message=" ".join(dict.fromkeys(messages)),
         )  # fmt: skip
@@ -205,20 +215,6 @@ class Run:
         if self._workers or any(is_claimed(work) for work in shards):
             return "running"
         return "failed" if failed else "stopped"
-
-    def _last_words(self) -> tuple[LearnerStatus, ...]:
-        """Returns the learners of a finished run, as a status."""
-        return tuple(LearnerStatus(
-            method=one.method, seed=one.seed, alpha=one.phases[-1]["alpha"],
-            phase=len(one.phases) - 1, phases=len(one.phases), steps=one.cost.steps,
-            episode_return=one.phases[-1]["episode_return"],
-            evaluations=tuple(zip(one.steps.tolist(), one.curve.tolist())), over=True,
-            failure=one.failure,
-        ) for one in read_results(self.folder).learners)  # fmt: skip
-
-    def _seconds(self) -> float:
-        """Returns how long a finished run took, by the clock on the wall."""
-        return float(store.read_json(self.folder / store.CARD)["wall_time"])
 
     def results(self) -> Results:
         """Returns what the learners came to.

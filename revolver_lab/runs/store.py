@@ -1,6 +1,7 @@
 """The files of a run's folder: who writes what, where, and how it is read back."""
 
 import dataclasses
+import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -32,6 +33,11 @@ def read_json(path: Path) -> Any:
             f"{path}, which cannot be read ({problem})", "a file of a run",
             "Restore it, or delete the folder and train again.",
         ) from problem  # fmt: skip
+
+
+def digest_of(path: Path) -> str:
+    """Returns the SHA-256 of a table, however its lines end."""
+    return hashlib.sha256(path.read_bytes().replace(b"\r\n", b"\n")).hexdigest()
 
 
 def read_plan(folder: Path) -> Plan:

@@ -40,6 +40,8 @@ class Worker:
 
     def run(self) -> bool:
         """Trains until all is done or somebody asks to stop; returns whether all is done."""
+        for torn in self.work.rglob(".*.tmp"):  # by a worker that was killed as it wrote
+            torn.unlink(missing_ok=True)
         checkpoint.restore(self.population, self.work)
         self._tell("running")
         finished = self.population.run(self._pause)

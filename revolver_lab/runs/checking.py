@@ -1,0 +1,128 @@
+"""What a plan refuses before anything is trained, and what a run refuses on this machine."""
+
+import json
+import numbers
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from revolver_lab.errors import SettingsError
+from revolver_lab.learners.settings import LearnerSettings
+from revolver_lab.methods import Method
+from revolver_lab.policies import Policy
+from revolver_lab.preflight import capacity_of, check_memory
+
+if TYPE_CHECKING:
+    from revolver_lab.runs.plan import Plan
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+
+
+def check_kinds(plan: "Plan") -> None:
+    """Refuses values of the wrong kind, one field after another.
+
+    Args:
+        plan: As it was asked for.
+
+    Raises:
+        SettingsError: For the first that is wrong.
+    """
+    _require(isinstance(plan.robot, str), "robot", plan.robot, "a registered name",
+             "See rvl.names().")  # fmt: skip
+    _require(_several(plan.methods) and all(isinstance(m, str | Method) for m in plan.methods),
+             "methods", plan.methods, "a list of names and Methods",
+             'Try methods=["direct", "revolver"].')  # fmt: skip
+    seeds = plan.seeds
+    _require(_several(seeds) and all(_whole(seed, 0) for seed in seeds), "seeds", seeds,
+             "a list of whole numbers of 0 or more", "Try range(5).")  # fmt: skip
+    for name, least in (("steps", 1), ("evaluate_every", 0), ("evaluate_episodes", 1)):
+        value = getattr(plan, name)
+        _require(_whole(value, least), name, value, f"a whole number, {least} or more",
+                 "Ask for 72,000 steps, evaluated every 24,000 with 10 episodes.")  # fmt: skip
+        object.__setattr__(plan, name, int(value))
+    for name in ("task", "expert"):
+        value = getattr(plan, name)
+        _require(value is None or isinstance(value, str), name, value, "None, or text",
+                 "Leave it out.")  # fmt: skip
+    _check_learner(plan.learner)
+
+
+def _check_learner(learner: Any) -> None:
+    """Refuses learners that a worker could not make from a file, or not resume."""
+    _require(isinstance(learner, LearnerSettings), "learner", learner, "LearnerSettings",
+             "The course's are revolver_lab.learners.settings.COURSE.")  # fmt: skip
+    if not learner.stacks:
+        raise SettingsError(
+            f"a run with {learner.name} of stable-baselines3", "SAC or TD3 of the stacked engine, "
+            "by name and without options: only they can be resumed", "Train it by rvl.transfer.",
+        )  # fmt: skip
+
+
+def check_names(methods: Sequence[Method]) -> None:
+    """Refuses names that cannot be the names of files, or that fall together.
+
+    Args:
+        methods: What is compared.
+    """
+    for each in methods:
+        _require(isinstance(each.name, str) and _NAME.fullmatch(each.name) is not None,
+                 "the name of a method", each.name, "letters, digits, '.', '_' and '-', 64 at most",
+                 "It becomes the name of a file.")  # fmt: skip
+    names = [each.name.lower() for each in methods]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise SettingsError(f"several methods named {twice}", "a name of its own for each, in "
+                            "small letters too", "Give every method its own name: "
+                            "dataclasses.replace(method, name=...).")  # fmt: skip
+
+
+def check_plain(value: Any) -> None:
+    """Refuses what JSON cannot hold: it would not come back the same.
+
+    Args:
+        value: The plan as plain values.
+    """
+    try:
+        json.dumps(value, allow_nan=False)
+    except (TypeError, ValueError) as problem:
+        raise SettingsError(f"settings that JSON cannot hold ({problem})",
+                            "text, whole numbers, finite floats, None",
+                            "Convert them: float(x), int(x).") from problem  # fmt: skip
+
+
+def check_machine(plan: "Plan", expert: Policy | None) -> None:
+    """Refuses what this machine cannot hold, and an expert that does not fit the robot.
+
+    Args:
+        plan: All of it is trained at once.
+        expert: What methods with an expert begin with.
+
+    Raises:
+        SettingsError: If the replays would not fit into memory; it says what would.
+        PolicyFileError: If the expert has other observations or actions.
+    """
+    from revolver_lab.envs.vector import make_vec_env
+
+    env = make_vec_env(plan.robot, 1, task=plan.task, nthread=1)
+    sizes = env.single_observation_space.shape[0], env.single_action_space.shape[0]  # type: ignore[index]
+    if expert is not None:
+        expert.fits(*sizes)
+    capacity = capacity_of(plan.steps, plan.members, plan.learner, env.task.episode_steps)
+    check_memory(len(plan.members), capacity, *sizes)
+
+
+def _several(value: Any) -> bool:
+    """Says whether a value is a collection, and not text."""
+    return hasattr(value, "__iter__") and hasattr(value, "__len__") and not isinstance(value, str)
+
+
+def _whole(value: Any, least: int) -> bool:
+    """Says whether a value is a whole number, and large enough."""
+    whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
+    return whole and int(value) >= least
+
+
+def _require(holds: bool, name: str, value: Any, allowed: str, remedy: str) -> None:
+    """Raises SettingsError unless something holds."""
+    if not holds:
+        raise SettingsError(f"{name} = {value!r}", allowed, remedy)

@@ -1,0 +1,31 @@
+"""The status of a run that is over, from its tables."""
+
+from pathlib import Path
+
+from revolver_lab.runs import store
+from revolver_lab.runs.results import read_results
+from revolver_lab.runs.status import LearnerStatus, Status
+
+
+def ended(folder: Path) -> Status:
+    """Returns the status of a finished run.
+
+    Args:
+        folder: The run's.
+
+    Raises:
+        SettingsError: If a file of it is torn.
+    """
+    learners = tuple(LearnerStatus(
+        method=one.method, seed=one.seed, alpha=one.phases[-1]["alpha"],
+        phase=len(one.phases) - 1, phases=len(one.phases), steps=one.cost.steps,
+        episode_return=one.phases[-1]["episode_return"],
+        evaluations=tuple(zip(one.steps.tolist(), one.curve.tolist())), over=True,
+        failure=one.failure,
+    ) for one in read_results(folder).learners)  # fmt: skip
+    plan, card = store.read_plan(folder), store.read_json(folder / store.CARD)
+    planned = plan.steps * len(plan.members)
+    broken = [f"{one.method}-{one.seed} was stopped: {one.failure}." for one in learners
+              if one.failure]  # fmt: skip
+    return Status(state="finished", learners=learners, steps=planned, steps_planned=planned,
+                  seconds=float(card["wall_time"]), message=" ".join(broken))  # fmt: skip
