@@ -86,9 +86,6 @@ class FakeRun:
     def wait(self):
         self.state = "finished"
 
-    def results(self):
-        return rvl.runs.Results(robot="x", learners=(), expert_steps=0, commands=())
-
 
 @pytest.fixture
 def unpainted(monkeypatch):
@@ -391,7 +388,10 @@ def test_a_real_run_is_trained_to_its_end_and_drawn_with_its_own_numbers(trained
     assert (told.steps, told.evaluation_steps, told.expert_steps) == (
         cost.steps, cost.evaluation_steps, cost.expert_steps)  # fmt: skip
     view.drawing(view.look())
-    assert len(view.history.of("quick", 0)[0]) == len(results.of("quick")[0].phases)
+    at, values = view.history.of("quick", 0)
+    phases = results.of("quick")[0].phases
+    assert at.tolist() == [phase["steps"] for phase in phases]
+    assert values.tolist() == [phase["episode_return"] for phase in phases]
 
 
 def film(filming, status):
@@ -478,6 +478,18 @@ def test_a_run_deleted_while_it_trains_ends_its_workers_and_stays_deleted(tmp_pa
     assert app.error is None
     assert not run.folder.exists()
     app.close()
+
+
+@pytest.mark.slow
+def test_a_run_opened_again_shows_the_training_returns_of_before(tmp_path):
+    run = Run(dataclasses.replace(PLAN, steps=72_000, seeds=[0], methods=PLAN.methods[:1]),
+              root=tmp_path).start()  # fmt: skip
+    while not any(one.phase for one in run.status().learners):
+        time.sleep(0.05)
+    run.stop()
+    again = watch_view.View(Run.open(run.folder))
+    again.look()
+    assert again.history.of("quick", 0)[0][0] == 1600  # its first phase: 8 episodes of 200 steps
 
 
 @pytest.mark.slow

@@ -2,14 +2,15 @@
 
 import dataclasses
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from revolver_lab.lab import plot_parts as parts
 from revolver_lab.lab.trees import Drawing
-from revolver_lab.runs import LearnerStatus, Results, Status
+from revolver_lab.runs import LearnerStatus, Status
+from revolver_lab.runs.so_far import Curves
 from revolver_lab.stats import Band, Cost, band
 
 if TYPE_CHECKING:
@@ -38,9 +39,13 @@ class History:
             if one.episode_return is not None and np.isfinite(one.episode_return):
                 self._seen.setdefault((one.method, one.seed), {})[one.steps] = one.episode_return
 
-    def read(self, results: Results) -> None:
-        """Takes the returns of all phases from a finished run."""
-        for one in results.learners:
+    def read(self, curves: Iterable[Curves]) -> None:
+        """Takes the returns of the phases that are over, in place of what was seen.
+
+        Args:
+            curves: What `so_far` read from the run's folder.
+        """
+        for one in curves:
             self._seen[one.method, one.seed] = {
                 int(phase["steps"]): phase["episode_return"] for phase in one.phases
                 if np.isfinite(phase["episode_return"])

@@ -46,11 +46,11 @@ class Filming:
 
     Args:
         run: The run.
-        every: Seconds between films [s].
+        every: Seconds between films [s]; None is `EVERY`.
     """
 
-    def __init__(self, run: Run, every: float = EVERY):
-        self._run, self.every = run, every
+    def __init__(self, run: Run, every: float | None = None):
+        self._run, self.every = run, EVERY if every is None else every
         self._filmed: Scene | None = None
         self._next = 0.0
         self._evolve: Evolution | None = None

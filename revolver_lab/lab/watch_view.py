@@ -8,17 +8,19 @@ from revolver_lab.lab.watch_figure import History, draw
 from revolver_lab.policies import Policy
 from revolver_lab.robots import registry
 from revolver_lab.runs import Run, Status, store
+from revolver_lab.runs.so_far import so_far
 from revolver_lab.stats import Cost
 
 _WORDS = {
     "new": "not started",
     "running": "training",
     "stopping": "stopping: the workers write their checkpoints",
-    "stopped": "stopped; Resume goes on from here",
+    "stopped": "stopped",
     "finished": "finished",
     "failed": "failed",
-    "gone": "its folder is gone; Resume begins anew",
+    "gone": "its folder is gone",
 }
+_HINTS = {"stopped": "; Resume goes on from here", "gone": "; Resume begins anew"}
 
 
 class View:
@@ -30,7 +32,7 @@ class View:
 
     def __init__(self, run: Run):
         self.run, self.history = run, History()
-        self._seen, self._read = False, False
+        self._seen = self._read = self._ended = False
 
     def look(self) -> Status:
         """Returns how the run is doing; its state may also be "stopping", or "gone".
@@ -44,6 +46,9 @@ class View:
             if not self._gone():
                 raise
             status = Status(state="gone", learners=(), steps=0, steps_planned=1, seconds=0.0)
+        if not self._read and status.learners:
+            self._read = True
+            self.history.read(so_far(self.run.folder))
         self.history.see(status)
         if status.state == "running" and (self.run.folder / store.STOP).exists():
             return dataclasses.replace(status, state="stopping")
@@ -60,20 +65,23 @@ class View:
         self._seen |= there
         return self._seen and not there
 
-    def headline(self, status: Status, *, resuming: bool = False) -> str:
+    def headline(self, status: Status, *, resuming: bool = False, hint: bool = True) -> str:
         """Returns in words how the run is.
 
         Args:
             status: What `look` returned.
             resuming: Whether it will be resumed as soon as it has stopped.
+            hint: Whether to say what its buttons do.
         """
         words = f"{self.run.plan.robot}: {_WORDS[status.state]}"
+        words += _HINTS.get(status.state, "") if hint else ""
         if status.state == "stopping" and resuming:
             words += ", and then go on"
         if status.state == "running" and not status.learners:
             words += "; the workers are being started"
         failed = [f"{one.method}, seed {one.seed} ({one.failure})"
-                  for one in status.learners if one.failure]  # fmt: skip
+                  for one in status.learners
+                  if one.failure and one.failure not in status.message]  # fmt: skip
         if failed:
             words += f". Learners stopped before their end: {'; '.join(failed)}"
         return f"{words}. {status.message}".strip().removesuffix(".") + "."
@@ -84,10 +92,10 @@ class View:
         Args:
             status: What `look` returned.
         """
-        if status.state == "finished" and not self._read:
-            self.history.read(self.run.results())
-            self._read = True
-        title = self.headline(status).removesuffix(".")
+        if status.state == "finished" and not self._ended:
+            self.history.read(so_far(self.run.folder))
+            self._ended = True
+        title = self.headline(status, hint=False).removesuffix(".")
         if status.state not in ("finished", "gone", "new"):
             title += f", {status.fraction:.0%}"
         return draw(status, self.history, self.cost(status), title)

@@ -214,8 +214,8 @@ class Watching:
 
         self.bar = w.FloatProgress(min=0.0, max=1.0, layout=w.Layout(width="100%"))
         self.words, self.numbers, self.trouble = w.HTML(), w.Label(), w.HTML()
-        self.stop = w.Button(description="Stop", icon="stop", tooltip="Checkpoint, then stop")
-        self.resume = w.Button(description="Resume", icon="play", tooltip="Train on from there")
+        self.stop = w.Button(description="Stop", tooltip="Checkpoint, then stop")
+        self.resume = w.Button(description="Resume", tooltip="Train on from there")
         self.box = w.Checkbox(value=film, description="film the policy", indent=False,
                               layout=w.Layout(width="auto"))  # fmt: skip
         self.figure = w.HTML(layout=w.Layout(flex="1 1 480px", max_width="920px"))
