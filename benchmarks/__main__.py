@@ -8,7 +8,7 @@ import platform
 from importlib import metadata
 from pathlib import Path
 
-NAMES = ("evolution", "films", "importing", "lab", "population", "vector_env")
+NAMES = ("evolution", "films", "importing", "lab", "natural", "population", "vector_env")
 
 
 def machine() -> dict[str, object]:

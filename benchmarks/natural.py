@@ -100,7 +100,8 @@ def run() -> list[dict[str, object]]:
     import gymnasium_robotics
 
     gymnasium.register_envs(gymnasium_robotics)
-    env = make_vec_env(NAME, N, seed=0, autoreset_mode="NextStep")
+    # Dense, so that there is something to learn from: the sparse one would skip the update.
+    env = make_vec_env(NAME, N, task="dense", seed=0, autoreset_mode="NextStep")
     env.draw_alpha = window(env, 0.0)
     npg = NPG(env.observation_space.shape[1], env.action_space.shape[1], SETTINGS)
     sampling = paired(bare(env, npg), lambda: npg.sample(env), RUNS)

@@ -38,6 +38,10 @@ class Actor:
         activation: "tanh" or "relu".
         affine: "input_shift", "input_scale", "output_shift", "output_scale" where a policy has
             them; they are kept as they are and not learnt.
+
+    Attributes:
+        layers: The network's layers, views of `flat`.
+        log_std: The log standard deviations, (A,), a view of `flat`.
     """
 
     def __init__(
@@ -46,6 +50,8 @@ class Actor:
     ):  # fmt: skip
         self.sizes, self.flat, self.activation = sizes, flat, activation
         self.affine = {k: v.astype(flat.dtype) for k, v in (affine or {}).items()}
+        self.layers = networks.split(flat, sizes)  # views, made once: acting asks for them often
+        self.log_std = flat[len(flat) - sizes[-1] :]
         self._block = networks.block_rows(sizes)
 
     @classmethod
@@ -73,16 +79,6 @@ class Actor:
         affine = {k: weights[f"actor.{k}"] for k in _AFFINE if f"actor.{k}" in weights}
         flat = np.concatenate([networks.flatten(pairs), spread]).astype(dtype)
         return cls(sizes, flat, policy.activation, affine)
-
-    @property
-    def layers(self) -> networks.Layers:
-        """Returns the network's layers, live."""
-        return networks.split(self.flat, self.sizes)
-
-    @property
-    def log_std(self) -> np.ndarray:
-        """Returns the log standard deviations, (A,), live."""
-        return self.flat[len(self.flat) - self.sizes[-1] :]
 
     def moved(self, step: np.ndarray, floor: float) -> "Actor":
         """Returns the actor a step further, log_std not below a floor."""
