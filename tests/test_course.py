@@ -48,6 +48,7 @@ def test_every_lesson_has_a_plan_that_can_work(name, mode):
     assert len(plan.members) <= 25  # under four minutes on two cores
     assert plan.steps <= (72_000 if mode == "live" else 5_000)
     assert lesson.run.status().state == "new"
+    assert ("--plan" in plan.command) == (mode == "fast" or plan.evaluate_every != 24_000)
 
 
 @every_lesson

@@ -1,5 +1,6 @@
 """What a run is asked to do, as data; its hash is the name of the run's folder."""
 
+import contextlib
 import dataclasses
 import hashlib
 import json
@@ -7,7 +8,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from revolver_lab.errors import SettingsError
+from revolver_lab.errors import RevolverError, SettingsError
 from revolver_lab.experts import load_expert
 from revolver_lab.learners.settings import COURSE, LearnerSettings
 from revolver_lab.methods import METHODS, Member, Method, fitted, members, method
@@ -103,10 +104,11 @@ class Plan:
         names = [*dict.fromkeys(member.method.name for member in self.members)]
         words = ["revolver-lab", "transfer", self.robot, "--methods", *names, "--seeds",
                  *map(str, self.seeds), "--steps", str(self.steps)]  # fmt: skip
-        if METHODS.keys() >= {*names} and self == Plan(
-            robot=self.robot, methods=names, seeds=self.seeds, steps=self.steps
-        ):
-            return shlex.join(words)
+        with contextlib.suppress(RevolverError):  # the table's own methods may not fit the steps
+            if METHODS.keys() >= {*names} and self == Plan(
+                robot=self.robot, methods=names, seeds=self.seeds, steps=self.steps
+            ):
+                return shlex.join(words)
         return "revolver-lab transfer --plan config.json"
 
     def to_json(self) -> dict[str, Any]:
