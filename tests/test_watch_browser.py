@@ -48,7 +48,7 @@ def no_errors(page, errors) -> None:
 
 
 def test_a_run_is_stopped_and_resumed_by_keyboard_filmed_and_seen_to_its_end(tmp_path):
-    write_notebook(tmp_path / "lab.ipynb", CELL.replace("STEPS", "14_400"))
+    write_notebook(tmp_path / "lab.ipynb", CELL.replace("STEPS", "9_600"))
     with server(tmp_path) as address, browser() as (page, errors):
         open_notebook(page, address, "lab.ipynb")
         run_all(page)
