@@ -39,12 +39,33 @@ _CHEETAH = (
     Stage(task="sparse", steps=32_000, learner=_SB3),
 )  # fmt: skip
 
+_KEEN = dataclasses.replace(COURSE, updates=2, ent_coef="auto_0.1")
+
 RECIPES: Mapping[str, tuple[Stage, ...]] = {
     "cheetah-front-leg": _CHEETAH,
     "cheetah-short-legs": _CHEETAH,
     "cheetah-long-legs": _CHEETAH,
+    # The cheetah's expert, lifted, and what it takes to get used to the small segment.
+    "cheetah-segment": (Stage(task="sparse", steps=12_000, learner=COURSE),),
+    "ball-in-cup-weak-motors": (
+        Stage(task="dense", steps=32_000, learner=_KEEN),
+        Stage(task="sparse", steps=12_000, learner=_KEEN),
+    ),
 }
 """Robot -> how its expert is trained; the cheetahs share one source and so one expert."""
+
+
+
+def _lifted_cheetah() -> Policy:
+    """Returns the cheetah's expert for the robot with a segment, by zero insertion."""
+    from revolver_lab.robots.cheetah_segment import cheetah_places
+
+    columns, observations, rows, actions = cheetah_places()
+    return load_expert("cheetah-front-leg").lifted(columns, observations, rows, actions)
+
+
+STARTS: Mapping[str, Callable[[], Policy]] = {"cheetah-segment": _lifted_cheetah}
+"""Robot -> what its expert's training begins with; the others begin from scratch."""
 
 _FRESH_SEED = 2_000_000  # of the episodes on a card: neither training nor selection saw them
 
@@ -107,8 +128,8 @@ def train_expert(
     if not stages:
         raise SettingsError(f"no recipe for {robot.name!r}", f"{sorted(RECIPES)}",
                             "Pass stages=(Stage(...), ...) of your own.")  # fmt: skip
-    policies: list[Policy] = []
-    rows, done = [], 0
+    policies = [STARTS[name]()] if name in STARTS else []
+    rows, done = [], sum(policy.card.steps for policy in policies)
     stay = Schedule(alpha_end=0.0, xi=0.0)
     for stage in stages:
         log = transfer(
