@@ -210,7 +210,7 @@ rvl.lab.plots.rows(lengths.scores(), cost=lengths.cost, title="Phases of 1,600 a
 # says nothing about other seeds.
 
 # %%
-alphas, near = np.linspace(0.8, 1, 11), {}
+alphas, near = np.linspace(0.8, 1, 6), {}
 for name in ("deterministic-equal", "revolver-equal"):
     policy = lesson.recorded().of(name)[0].policy()
     near[name] = rvl.evaluate(policy, lesson.robots[0], alphas, episodes=10, seed=5)
