@@ -30,8 +30,8 @@ PAIRS = ("cheetah-front-leg", "cheetah-short-legs", "cheetah-long-legs", "cheeta
 """The pairs at course scale; what is trained here is trained on the first."""
 
 OTHER_EXPERT = "a6eed311842b7c71f571a8ebd1d0ce530f072436662803f04d2b27fcde609911"
-"""Hash of the weights of another expert of the cheetahs, equally good at home: trained by the stacked
-engine, and at a slower rate at the end. It was recorded on the first pair, and is not shipped."""
+"""Hash of another expert of the cheetahs, equally good at home: trained by the stacked engine, and
+at a slower rate at the end. Runs with it are recorded on the first pair; it is not shipped."""
 
 _FAST_STEPS = 4800  # two phases of one episode in each simulation, and the last
 
