@@ -7,10 +7,13 @@ import numpy as np
 from test_transfer import PATH, PUCK, TINY, PushRight
 
 from revolver_lab.evolution.evolution import Evolution
+from revolver_lab.learners.settings import COURSE
 from revolver_lab.methods import Method
+from revolver_lab.policies import Policy
 from revolver_lab.population import Population
 from revolver_lab.runs import Plan, checkpoint
 from revolver_lab.schedule import Adaptive, Schedule
+from revolver_lab.weights import digest
 
 ROBOT = "cheetah-front-leg"
 DIRECT = Method(name="direct", schedule=Schedule(alpha_start=1.0, xi=0.0, final_episodes=12))
@@ -22,9 +25,10 @@ MANY = (
            schedule=dataclasses.replace(PATH, adaptive=Adaptive(ratio=1.0, episodes_limit=6))),
     DIRECT,
 )  # fmt: skip
-QUICK = Method(
-    name="quick", schedule=Schedule(alpha_step=0.5, xi=0.6, episodes_per_phase=8, final_episodes=8)
-)
+TINY_RUN = Method(name="tiny", schedule=Schedule(
+    alpha_start=0.5, alpha_step=0.5, xi=0.6, episodes_per_phase=8, final_episodes=8
+))  # fmt: skip
+EAGER = dataclasses.replace(COURSE, learning_starts=100, batch_size=16)
 
 
 def puck():
@@ -36,10 +40,10 @@ def population(evolve, members, settings=TINY, *, task=None, **changes):
     return Population(evolve, members, settings=settings, task=task or PushRight(), **arguments)
 
 
-def quick_plan(**changes):
-    """Two learners, 4,800 steps each, about two seconds."""
-    plan = {"robot": ROBOT, "methods": [QUICK], "seeds": [0, 1], "steps": 4800,
-            "evaluate_every": 2400, "evaluate_episodes": 2}  # fmt: skip
+def tiny_plan(**changes):
+    """Two learners, 400 ticks, about two seconds; they learn from tick 13 on."""
+    plan = {"robot": ROBOT, "methods": [TINY_RUN], "seeds": [0, 1], "steps": 3200,
+            "learner": EAGER, "evaluate_every": 1600, "evaluate_episodes": 2}  # fmt: skip
     return Plan(**(plan | changes))
 
 
@@ -78,16 +82,27 @@ def assert_same(one, other):
 
 
 def files_of(folder):
-    """What a finished run holds, without the time it took: name -> text or bytes."""
+    """What a finished run holds, but for when and from which commit: name -> plain value."""
     found = {}
     for path in sorted(folder.rglob("*")):
-        name = str(path.relative_to(folder))
-        if not path.is_file() or name == "card.json" or path.name.startswith("."):
-            continue
-        content = path.read_bytes()
-        if path.suffix == ".csv":
-            rows = [row.split(",") for row in content.decode().splitlines()]
-            clock = [k for k, column in enumerate(rows[0]) if column == "wall_time"]
-            content = [[cell for k, cell in enumerate(row) if k not in clock] for row in rows]
-        found[name] = content
+        if path.is_file() and path.name != "card.json" and not path.name.startswith("."):
+            found[str(path.relative_to(folder))] = _READ[path.suffix](path)
     return found
+
+
+def _read_table(path):
+    rows = [row.split(",") for row in path.read_text().splitlines()]
+    clock = [k for k, column in enumerate(rows[0]) if column == "wall_time"]
+    return [[cell for k, cell in enumerate(row) if k not in clock] for row in rows]
+
+
+def _read_json(path):
+    return json.loads(path.read_text()) | {"commit": ""}
+
+
+def _read_policy(path):
+    policy = Policy.load(path)
+    return digest(policy.weights), policy.card.to_json() | {"commit": ""}
+
+
+_READ = {".csv": _read_table, ".json": _read_json, ".safetensors": _read_policy}

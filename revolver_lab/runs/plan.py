@@ -1,6 +1,5 @@
 """What a run is asked to do, as data; its hash is the name of the run's folder."""
 
-import contextlib
 import dataclasses
 import hashlib
 import json
@@ -22,6 +21,7 @@ FORMAT = 1
 """Of a run's folder; another number is another layout of files."""
 
 _EVERY, _EPISODES = 24_000, 10
+_BY_PLAN = "revolver-lab transfer --plan config.json"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -104,12 +104,17 @@ class Plan:
         names = [*dict.fromkeys(member.method.name for member in self.members)]
         words = ["revolver-lab", "transfer", self.robot, "--methods", *names, "--seeds",
                  *map(str, self.seeds), "--steps", str(self.steps)]  # fmt: skip
-        with contextlib.suppress(RevolverError):  # the table's own methods may not fit the steps
-            if METHODS.keys() >= {*names} and self == Plan(
-                robot=self.robot, methods=names, seeds=self.seeds, steps=self.steps
-            ):
-                return shlex.join(words)
-        return "revolver-lab transfer --plan config.json"
+        return shlex.join(words) if self._is_of_the_table(names) else _BY_PLAN
+
+    def _is_of_the_table(self, names: Sequence[str]) -> bool:
+        """Says whether names, seeds and steps say all there is to say."""
+        if not METHODS.keys() >= {*names}:
+            return False
+        try:
+            usual = Plan(robot=self.robot, methods=names, seeds=self.seeds, steps=self.steps)
+        except RevolverError:  # the table's own methods may not fit the steps
+            return False
+        return self == usual
 
     def to_json(self) -> dict[str, Any]:
         """Returns the plan as plain JSON values."""
