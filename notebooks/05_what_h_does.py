@@ -210,9 +210,9 @@ results = lesson.results()
 rvl.lab.plots.rows(results.scores(), cost=results.cost, title=f"{results.robot}: after training")
 
 # %% [markdown]
-# The same on all pairs, recorded: the mean without shaping, and what each row differs from it on
-# equal seeds, with a 95 % interval. A star marks an interval without 0 in it. (There are many
-# comparisons in this table, and one in twenty is starred by luck alone.)
+# Recorded runs: the mean without shaping, and what each row differs from it on equal seeds, with a
+# 95 % interval. A star marks an interval without 0 in it. (There are several comparisons in this
+# table, and one in twenty is starred by luck alone.)
 
 # %%
 for robot in lesson.robots:
@@ -225,8 +225,8 @@ for robot in lesson.robots:
 
 # %% [markdown]
 # The paper reports a gain from h = 1 on its ant (in its ablation table, over five seeds). Does it
-# show in the first line of each block? If not, that is a result too: an effect of less than a
-# twentieth of a step is not to be found with ten seeds, and the theory above says so beforehand.
+# show in the line of `revolver-h1`? If not, that is a result too: an effect of less than a
+# twentieth of a step is hardly to be found with ten seeds, and the theory above says so beforehand.
 # Questions for the rest of the table:
 #
 # * Where `revolver-h3` differs from 0 and `revolver-h8-normalised` does not, which of the two

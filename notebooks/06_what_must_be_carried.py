@@ -207,19 +207,28 @@ rvl.lab.plots.curves(
 )
 
 # %% [markdown]
-# ## Other robots
+# ## How much is it?
 #
-# Recorded runs, pair by pair: the mean of `revolver`, and what each row differs from it on equal
-# seeds, with a 95 % interval. A star marks an interval without 0 in it.
+# Recorded runs of this pair: what each row differs from `revolver` on equal seeds, with a 95 %
+# interval. A star marks an interval without 0 in it.
+
+# %%
+scores = lesson.recorded().scores()
+print(f"{'revolver':16} {scores['revolver'].mean():6.1f}")
+for row in lesson.methods[1:]:
+    found = rvl.stats.paired(scores[row], scores["revolver"]).difference
+    star = "*" * (found.low > 0 or found.high < 0)
+    print(f"{row:16} {found.value:+6.1f} ({found.low:+.1f} to {found.high:+.1f}) {star}")
+
+# %% [markdown]
+# And on other robots, the two rows that say most: mean returns with everything
+# carried, without the critic, and without the cleaning.
 
 # %%
 for robot in lesson.robots:
-    scores = lesson.recorded(robot).scores()
-    print(f"{robot}: {scores['revolver'].mean():.1f} with everything carried")
-    for row in lesson.methods[1:]:
-        found = rvl.stats.paired(scores[row], scores["revolver"]).difference
-        star = "*" * (found.low > 0 or found.high < 0)
-        print(f"  {row:16} {found.value:+6.1f} ({found.low:+.1f} to {found.high:+.1f}) {star}")
+    means = lesson.recorded(robot, ["revolver", "critic-reset", "no-cleaning"]).scores()
+    full, reset, uncleaned = (means[row].mean() for row in means)
+    print(f"{robot:24} {full:5.1f}: new critics {reset:5.1f}, no cleaning {uncleaned:5.1f}")
 
 # %% [markdown]
 # Read every row for itself, and every pair of robots too. Some questions that the numbers leave:

@@ -62,7 +62,7 @@ LESSONS: Mapping[str, Subject] = {
     ),
     "05_what_h_does": Subject(
         methods=("revolver", "revolver-h1", "revolver-h1-relative", "revolver-h1-normalised",
-                 "revolver-h3", "revolver-h8-normalised"), seeds=4,
+                 "revolver-h3", "revolver-h8-normalised"), seeds=4, robots=PAIRS[:1],
     ),
     "06_what_must_be_carried": Subject(
         methods=("revolver", "critic-reset", "no-cleaning", "window-0.33", "optimiser-fresh"),
