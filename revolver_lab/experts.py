@@ -55,13 +55,13 @@ RECIPES: Mapping[str, tuple[Stage, ...]] = {
 """Robot -> how its expert is trained; the cheetahs share one source and so one expert."""
 
 
-
 def _lifted_cheetah() -> Policy:
     """Returns the cheetah's expert for the robot with a segment, by zero insertion."""
     from revolver_lab.robots.cheetah_segment import cheetah_places
 
     columns, observations, rows, actions = cheetah_places()
-    return load_expert("cheetah-front-leg").lifted(columns, observations, rows, actions)
+    expert = load_expert("cheetah-front-leg")
+    return expert.lifted(columns.tolist(), observations, rows.tolist(), actions)
 
 
 STARTS: Mapping[str, Callable[[], Policy]] = {"cheetah-segment": _lifted_cheetah}
