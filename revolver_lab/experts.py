@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from revolver_lab.cards import command, commit, versions
 from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.evaluation import evaluate
 from revolver_lab.files import asset_folder
@@ -45,8 +46,7 @@ RECIPES: Mapping[str, tuple[Stage, ...]] = {
     "cheetah-front-leg": _CHEETAH,
     "cheetah-short-legs": _CHEETAH,
     "cheetah-long-legs": _CHEETAH,
-    # The cheetah's expert, lifted, and what it takes to get used to the small segment.
-    "cheetah-segment": (Stage(task="sparse", steps=12_000, learner=COURSE),),
+    "cheetah-segment": (),  # the cheetah's expert, lifted: as good at alpha = 0 without training
     "ball-in-cup-weak-motors": (
         Stage(task="dense", steps=32_000, learner=_KEEN),
         Stage(task="sparse", steps=12_000, learner=_KEEN),
@@ -124,8 +124,8 @@ def train_expert(
         SettingsError: If no recipe is known for it.
     """
     robot = registry.get(name)
-    stages = stages or RECIPES.get(name)
-    if not stages:
+    stages = RECIPES.get(name) if stages is None else stages
+    if stages is None or not (stages or name in STARTS):
         raise SettingsError(f"no recipe for {robot.name!r}", f"{sorted(RECIPES)}",
                             "Pass stages=(Stage(...), ...) of your own.")  # fmt: skip
     policies = [STARTS[name]()] if name in STARTS else []
@@ -144,10 +144,13 @@ def train_expert(
         if out is not None:
             write_table(Path(out) / f"{name}.csv", rows)
     expert = policies[-1]
-    fresh = evaluate(expert, name, 0.0, 20, seed=_FRESH_SEED, task=stages[-1].task)
+    task = stages[-1].task if stages else None
+    fresh = evaluate(expert, name, 0.0, 20, seed=_FRESH_SEED, task=task)
+    chosen = "The best of its last stage's evaluations" if stages else "Lifted by zero insertion"
     expert = expert.with_card(dataclasses.replace(
-        expert.card, steps=done, episode_return=float(fresh.mean()),
-        note="The best of its last stage's evaluations; the return is of 20 episodes more.",
+        expert.card, robot=name, seed=seed, steps=done, episode_return=float(fresh.mean()),
+        versions=versions(), command=command(), commit=commit(),
+        note=f"{chosen}; the return is of 20 episodes more.",
     ))  # fmt: skip
     if out is not None:
         expert.save(Path(out) / f"{name}.safetensors")
