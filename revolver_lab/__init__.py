@@ -69,7 +69,6 @@ def __dir__() -> list[str]:
 
 if TYPE_CHECKING:
     from revolver_lab import errors, lab, stats
-    from revolver_lab.transferring import transfer
     from revolver_lab.envs import suite
     from revolver_lab.envs.vector import make_vec_env
     from revolver_lab.evaluation import evaluate
@@ -79,3 +78,4 @@ if TYPE_CHECKING:
     from revolver_lab.policies import Policy
     from revolver_lab.robots.registry import load, names
     from revolver_lab.schedule import Schedule
+    from revolver_lab.transferring import transfer

@@ -44,7 +44,7 @@ class Learner(Protocol):
 
 
 Examine = Callable[[Sequence[int], Sequence[Policy]], np.ndarray]
-"""Plays episodes on the target: learners and their policies -> unshaped returns, (len, episodes)."""
+"""Plays episodes on the target: learners and their policies -> unshaped returns, (m, episodes)."""
 
 
 class Algorithm1:

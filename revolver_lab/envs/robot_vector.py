@@ -83,11 +83,12 @@ class RobotVectorEnv(VectorEnv):
         """Name the random streams of every simulation; None keeps those there are."""
         if seed is None and self._np_random is not None:
             return
-        groups = [seed] if np.ndim(seed or 0) == 0 else seeds_of(seed, self.num_envs)  # type: ignore[arg-type]
+        several = isinstance(seed, Sequence | np.ndarray)
+        groups = seeds_of([*seed], self.num_envs) if several else [seed]
         super().reset(seed=groups[0])
         groups[0] = int(self.np_random_seed or 0)
         size = self.num_envs // len(groups)
-        names = [(int(base or 0), i) for base in groups for i in range(size)]
+        names = [(base or 0, i) for base in groups for i in range(size)]
         self._starts = [stream(*name, Purpose.START) for name in names]
         self._draws = [stream(*name, Purpose.ALPHA) for name in names]
 
