@@ -25,7 +25,7 @@ test-default: $(VENV)/ready-dev  ## what needs no notebook and no browser, in tw
 	$(BIN)/python -m pytest -q -n 2 --dist worksteal --ignore tests/test_browser.py tests revolver_lab
 
 test-pages: $(VENV)/ready-dev  ## the notebooks, executed; and in JupyterLab where Chromium is present
-	REVOLVER_LAB_MODE=fast $(BIN)/python -m pytest -q -n 2 --dist loadfile --nbmake --nbmake-timeout=60 tests/test_browser.py notebooks/*.ipynb
+	REVOLVER_LAB_MODE=fast $(BIN)/python -m pytest -q -n 2 --dist loadfile --nbmake --nbmake-timeout=300 tests/test_browser.py notebooks/*.ipynb
 
 test-slow: $(VENV)/ready-dev  ## the claims that take longer
 	$(BIN)/python -m pytest -q -m slow
