@@ -94,7 +94,7 @@ class Schedule:
             value = getattr(self, field.name)
             kinds = {"shaping_form": str, "adaptive": Adaptive}.get(field.name, numbers.Real)
             _require(isinstance(value, kinds) or (value is None and field.default is None),
-                     f"{field.name} = {value!r}", f"a {kinds.__name__}", "Give it as such.")  # fmt: skip
+                     f"{field.name} = {value!r}", f"a {kinds.__name__}", "Convert it.")  # fmt: skip
         _require(0 < self.alpha_step <= 1, f"alpha_step = {self.alpha_step}",
                  "a number in (0, 1]", "The course uses 0.04.")  # fmt: skip
         _require(self.xi == 0 or self.alpha_step < self.xi <= 1,

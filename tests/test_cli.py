@@ -1,15 +1,20 @@
 """The command line: thin, and errors in one line with exit code 2."""
 
+import csv
 import os
 import subprocess
 import sys
 
 import pytest
 from PIL import Image
+from small_runs import tiny_plan
 
 import revolver_lab as rvl
 from revolver_lab import _gl, cli
+from revolver_lab.commands.parts import training
 from revolver_lab.errors import SettingsError
+from revolver_lab.runs import Run
+from revolver_lab.runs.worker import main as work
 
 needs_gl = pytest.mark.skipif(not _gl.choose().works, reason="no OpenGL on this machine")
 NAME = "cheetah-front-leg"
@@ -65,6 +70,19 @@ def test_a_film_of_the_shipped_policy(tmp_path):
         ["gif", NAME, "-o", "x.gif", "--policy", "no-such-file"],
         ["evaluate", NAME, "--policy", "no-such-file"],
         ["transfer", NAME, "--method", "magic"],
+        ["transfer"],
+        ["transfer", NAME, "--method", "direct", "--methods", "direct"],
+        ["transfer", NAME, "--seeds", "0", "-o", "x"],
+        ["transfer", NAME, "--plan", "config.json"],
+        ["transfer", "--plan", "config.json"],
+        ["transfer", NAME, "--methods", "magic"],
+        ["transfer", NAME, "--methods", "direct", "--seeds", "-1"],
+        ["transfer", NAME, "--methods", "revolver", "--steps", "100"],
+        ["transfer", NAME, "--methods", "direct", "--processes", "0"],
+        ["report", "no-such-folder"],
+        ["report", "."],
+        ["keep", "no-such-folder", "-o", "kept"],
+        ["tensorboard", "no-such-folder"],
     ],
 )
 def test_errors_are_one_line_and_code_2(words, capsys, tmp_path, monkeypatch):
@@ -80,11 +98,130 @@ def test_errors_are_one_line_and_code_2(words, capsys, tmp_path, monkeypatch):
 def test_training_without_torch_says_what_to_install():
     with (
         pytest.raises(rvl.errors.MissingExtraError, match=r"revolver-lab\[train\]"),
-        cli._training(),
+        training(),
     ):
         raise ModuleNotFoundError("No module named 'torch'", name="torch")
-    with pytest.raises(SettingsError), cli._training():
+    with pytest.raises(SettingsError), training():
         raise SettingsError("a", "b", "c")
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A finished run of two learners, and the arguments that find it again."""
+    root = tmp_path_factory.mktemp("runs")
+    run = Run(tiny_plan(), root=root)
+    run._prepare(1)
+    assert work([str(run.folder), "0"]) == 0
+    run.results()
+    return run.folder, ["transfer", "--plan", str(run.folder / "config.json"), "--root", str(root)]
+
+
+def test_transfer_finds_a_run_again_and_prints_its_table(finished, capsys):
+    folder, words = finished
+    assert cli.main(words) == 0
+    shown = capsys.readouterr().out.splitlines()
+    assert shown[0] == str(folder)
+    mean = Run.open(folder).results().scores()["tiny"].mean()
+    assert shown[2].split()[:3] == ["tiny", "2", f"{mean:.4g}"]
+    assert any(line.startswith("success: a mean return of 80") for line in shown)
+    assert any(line.startswith("cost: 6.4 k steps of training") for line in shown)
+    assert shown[-1].startswith("revolver-lab transfer --plan")
+
+
+def test_report_writes_a_table_of_several_runs(finished, tmp_path, capsys):
+    folder, _ = finished
+    assert cli.main(["keep", str(folder), "-o", str(tmp_path / "kept")]) == 0
+    kept = tmp_path / "kept" / folder.name
+    assert capsys.readouterr().out.split() == ["wrote", str(kept)]
+    out = tmp_path / "x.csv"
+    words = ["report", str(folder), str(kept), "--csv", str(out), "--threshold", "-1"]
+    assert cli.main(words) == 0
+    shown = capsys.readouterr().out
+    assert shown.count("100%  16% to 100%") == 2  # Clopper-Pearson of 2 of 2: 0.025^(1/2)
+    with open(out, newline="") as file:
+        first, second = csv.DictReader(file)
+    assert first | {"run": ""} == second | {"run": ""}
+    interval = rvl.stats.interval(Run.open(kept).results().scores()["tiny"])
+    assert (float(first["mean"]), float(first["mean_low"])) == (interval.value, interval.low)
+    assert (first["seeds"], first["success"], first["threshold"]) == ("2", "1.0", "-1.0")
+
+
+def test_evaluate_reads_the_policies_of_runs(finished, capsys):
+    folder, _ = finished
+    words = ["evaluate", NAME, "--alpha", "1", "--episodes", "2", "--policy"]
+    path = folder / "policies" / "tiny-1.safetensors"
+    for given in (f"{folder}:tiny-1", path):
+        assert cli.main([*words, str(given)]) == 0
+    one, other = capsys.readouterr().out.split("alpha   ")[1:]
+    assert one == other
+    assert cli.main([*words, str(folder)]) == 2
+    assert cli.main([*words, f"{folder}:tiny-9"]) == 2
+    assert capsys.readouterr().err.count("Name one: FOLDER:tiny-0.") == 2
+
+
+def test_event_files_hold_what_the_tables_hold(finished, tmp_path, capsys):
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    folder, _ = finished
+    for _ in range(2):  # written anew, not twice
+        assert cli.main(["tensorboard", str(folder), "-o", str(tmp_path)]) == 0
+    assert str(tmp_path) in capsys.readouterr().out
+    for one in Run.open(folder).results().learners:
+        events = EventAccumulator(str(tmp_path / one.method / str(one.seed)))
+        events.Reload()
+        target = [(e.step, e.value) for e in events.Scalars("target/mean_return")]
+        assert target == list(zip(one.steps.tolist(), one.curve.tolist()))
+        alphas = [(e.step, e.value) for e in events.Scalars("phase/alpha")]
+        assert alphas == [(p["steps"], p["alpha"]) for p in one.phases]
+
+
+def test_without_tensorboard_it_says_what_to_install(finished, tmp_path, capsys, monkeypatch):
+    folder, _ = finished
+    monkeypatch.setitem(sys.modules, "torch.utils.tensorboard", None)
+    assert cli.main(["tensorboard", str(folder), "-o", str(tmp_path / "x")]) == 2
+    assert "revolver-lab[tensorboard]" in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()
+
+
+def test_an_interrupted_transfer_says_how_to_go_on(finished, tmp_path, capsys, monkeypatch):
+    def interrupt(run, **_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Run, "start", lambda run, **_: run)
+    monkeypatch.setattr(Run, "wait", interrupt)
+    words = ["transfer", "--plan", finished[1][2], "--root", str(tmp_path)]
+    assert cli.main(words) == 2
+    assert "the same command goes on" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_transfer_trains_one_learner_into_a_folder(tmp_path, capsys):
+    words = ["transfer", NAME, "--method", "scratch", "--steps", "1600", "-o", str(tmp_path)]
+    assert cli.main(words) == 0
+    assert "scratch on cheetah-front-leg: 1600 steps" in capsys.readouterr().out
+    assert cli.main(["evaluate", NAME, "--policy", str(tmp_path), "--alpha", "1"]) == 0
+
+
+@pytest.mark.slow
+def test_transfer_trains_a_run_and_tells_how_it_is_doing(tmp_path, capsys):
+    root = ["--root", str(tmp_path)]
+    words = ["transfer", NAME, "--methods", "scratch", "--seeds", "0", "--steps", "4800", *root]
+    assert cli.main(words) == 0
+    first = capsys.readouterr()
+    assert "1 learners into" in first.err
+    assert cli.main(words) == 0
+    again = capsys.readouterr()
+    assert again.out == first.out
+    assert "learners into" not in again.err
+    assert first.out.splitlines()[-1] == "revolver-lab " + " ".join(words[: -len(root)])
+
+
+def test_the_command_line_is_read_without_mujoco_or_torch():
+    code = ("import sys; sys.modules['mujoco'] = sys.modules['torch'] = None\n"
+            "from revolver_lab.commands.parser import make_parser\n"
+            "print(make_parser('', '').parse_args(['report', 'x']).run)")  # fmt: skip
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.strip() == "reporting:report", done.stderr
 
 
 def test_a_broken_choice_of_opengl_breaks_pictures_only(tmp_path):

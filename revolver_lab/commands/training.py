@@ -62,11 +62,11 @@ def _run(arguments: Arguments) -> int:
     plan, expert = _plan(arguments)
     run = Run(plan, root=arguments.root or ROOT, expert=expert)
     if run.status().state != "finished":
-        print(f"{len(plan.members)} learners into {run.folder}", file=sys.stderr)
         run.start(
             processes=PROCESSES if arguments.processes is None else arguments.processes,
             every=arguments.every,
         )
+        print(f"{len(plan.members)} learners into {run.folder}", file=sys.stderr)
     try:
         results = run.wait(progress=_told())
     except KeyboardInterrupt:
