@@ -64,10 +64,26 @@ def _lifted_cheetah() -> Policy:
     return expert.lifted(columns.tolist(), observations, rows.tolist(), actions)
 
 
+LEARNERS: Mapping[str, LearnerSettings] = {"ball-in-cup-weak-motors": _KEEN}
+"""Robot -> what transfers on it learn with, where that is not the course's."""
+
 STARTS: Mapping[str, Callable[[], Policy]] = {"cheetah-segment": _lifted_cheetah}
 """Robot -> what its expert's training begins with; the others begin from scratch."""
 
 _FRESH_SEED = 2_000_000  # of the episodes on a card: neither training nor selection saw them
+
+
+def course_learner(name: str) -> LearnerSettings:
+    """Returns what transfers on a robot learn with at course scale.
+
+    Args:
+        name: One of `revolver_lab.names()`.
+
+    Example:
+        >>> course_learner("cheetah-front-leg") == COURSE
+        True
+    """
+    return LEARNERS.get(name, COURSE)
 
 
 def expert_folder() -> Path:

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from revolver_lab.errors import RevolverError, SettingsError
-from revolver_lab.experts import load_expert
-from revolver_lab.learners.settings import COURSE, LearnerSettings
+from revolver_lab.experts import course_learner, load_expert
+from revolver_lab.learners.settings import LearnerSettings
 from revolver_lab.methods import METHODS, Member, Method, fitted, members, method
 from revolver_lab.policies import Policy
 from revolver_lab.preflight import check_steps
@@ -34,7 +34,8 @@ class Plan:
             the length of the task's episodes.
         seeds: Seeds of every method.
         steps: Environment steps of each learner [steps].
-        learner: Networks and rates, shared by all.
+        learner: Networks and rates, shared by all; None is what the course uses on this robot,
+            which is put in here.
         task: The reward, by its name; None is the robot's first.
         evaluate_every: Environment steps between evaluations on the target [steps]; 0 is only
             at the end.
@@ -57,7 +58,7 @@ class Plan:
     methods: Sequence[Method | str]
     seeds: Sequence[int]
     steps: int = 72_000
-    learner: LearnerSettings = COURSE
+    learner: LearnerSettings = None  # type: ignore[assignment]
     task: str | None = None
     evaluate_every: int = _EVERY
     evaluate_episodes: int = _EPISODES
@@ -65,6 +66,8 @@ class Plan:
 
     def __post_init__(self) -> None:
         """Looks names up, and refuses what cannot work before anything is trained."""
+        if self.learner is None:
+            object.__setattr__(self, "learner", course_learner(self.robot))
         check_kinds(self)
         task = registry.get(self.robot).make_task(self.task)
         chosen = tuple(fitted(method(m), task.episode_steps) if isinstance(m, str) else m
