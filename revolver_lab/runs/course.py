@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from revolver_lab.errors import MissingExtraError, SettingsError, UnknownNameError
+from revolver_lab.experts import course_learner
 from revolver_lab.methods import Method, method
 from revolver_lab.robots import registry
 from revolver_lab.runs.plan import Plan
@@ -103,8 +104,9 @@ class Lesson:
             return None
         if self.mode == "fast":
             rows = [_shortened(method(name)) for name in self.methods]
+            quick = dataclasses.replace(course_learner(self.robots[0]), learning_starts=200)
             return Plan(robot=self.robots[0], methods=rows, seeds=range(2), steps=_FAST_STEPS,
-                        evaluate_every=1600, evaluate_episodes=2)  # fmt: skip
+                        learner=quick, evaluate_every=1600, evaluate_episodes=2)  # fmt: skip
         seeds = range(LESSONS[self.name].seeds)
         return Plan(robot=self.robots[0], methods=self.methods, seeds=seeds, evaluate_every=12_000)
 

@@ -212,7 +212,7 @@ def recorded(robot: str, methods: Sequence[str] | None = None, *, folder: Path |
         methods: Which methods, in the order wanted; None takes all.
         folder: Where recorded runs are; None is those that are shipped.
         settings: What else the plans have to agree on, field by field; by default the course's
-            steps and learner, and the shipped expert where a method begins with one.
+            steps, learner and task, and the shipped expert where a method begins with one.
 
     Raises:
         SettingsError: If nothing is recorded, or a method is not.
@@ -225,7 +225,7 @@ def recorded(robot: str, methods: Sequence[str] | None = None, *, folder: Path |
 
     home = folder or asset_folder("results")
     usual = Plan(robot=robot, methods=["scratch"], seeds=[0])
-    wanted = {"steps": usual.steps, "learner": usual.learner} | (settings or {})
+    wanted = {k: getattr(usual, k) for k in ("steps", "learner", "task")} | (settings or {})
     expert = wanted.pop("expert", None) or digest(load_expert(robot).weights)
     found: list[Results] = []
     for path in sorted(home.glob(f"{robot}-*/{store.CARD}")):

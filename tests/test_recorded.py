@@ -1,0 +1,69 @@
+"""What is shipped as recorded: whole, small, repeatable, and what the pages say of it."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from revolver_lab import stats
+from revolver_lab.experts import load_expert
+from revolver_lab.files import asset_folder
+from revolver_lab.runs import recorded, store
+from revolver_lab.runs.results import read_results
+
+ROOT = Path(__file__).parent.parent
+FOLDERS = sorted(path.parent for path in asset_folder("results").glob(f"*/{store.CARD}"))
+PAGE = (ROOT / "docs" / "results.md").read_text()
+SECTIONS = re.findall(r"^### ([a-z-]+):.*\n((?:.|\n)*?)(?=^### |\Z)", PAGE, re.M)
+ROW = re.compile(r"\| ([\w.-]+) \| ([\d.]+) \(([\d.]+) to ([\d.]+)\) \| (\d+) of (\d+) \|")
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda path: path.name)
+def test_a_recorded_run_is_whole_small_and_says_how_to_repeat_it(folder):
+    plan, card, results = store.read_plan(folder), store.read_json(folder / store.CARD), None
+    results = read_results(folder)
+    assert folder.name == plan.name  # the hash still names it: the plan reads as it was written
+    assert len(results.learners) == len(plan.members)
+    assert len(plan.seeds) >= 10
+    assert not card["failures"]
+    assert card["command"].startswith("revolver-lab transfer")
+    assert re.fullmatch(r"[0-9a-f]{12}", card["commit"])
+    assert {"mujoco", "torch", "revolver-lab"} <= set(card["versions"])
+    assert sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) < 500_000
+    for path in folder.rglob("*.json"):
+        assert not re.search(r"/(work|tmp|home|root)/", path.read_text())
+    for one in results.learners:
+        assert one.cost.steps == plan.steps
+        assert one.returns.shape == (plan.evaluate_episodes,)
+        assert np.isfinite(one.curve).all()
+
+
+@pytest.mark.parametrize(("robot", "text"), SECTIONS, ids=[name for name, _ in SECTIONS])
+def test_the_page_of_results_says_what_is_recorded(robot, text):
+    results, home = recorded(robot), load_expert(robot).card.episode_return
+    rows = ROW.findall(text)
+    assert {row[0] for row in rows} == set(results.methods)
+    for method, *numbers in rows:
+        scores = results.scores([method])[method]
+        found = stats.interval(scores)
+        told = [f"{x:.1f}" for x in (found.value, found.low, found.high)]
+        assert numbers == [*told, str((scores > home / 2).sum()), str(len(scores))], method
+    assert str(results.cost) in text
+    for command in results.commands:
+        assert command in text
+
+
+def test_the_page_covers_every_recorded_robot():
+    robots = {store.read_plan(folder).robot for folder in FOLDERS}
+    assert {name for name, _ in SECTIONS} == robots
+    assert len(FOLDERS) > 8
+
+
+@pytest.mark.parametrize("name", ["cheetah-segment", "ball-in-cup-weak-motors"])
+def test_the_new_pairs_are_solved_by_revolver_where_the_others_get_next_to_nothing(name):
+    scores = recorded(name).scores(["scratch", "direct", "revolver"])
+    assert scores["scratch"].mean() == 0
+    assert scores["revolver"].mean() > 5 * scores["direct"].mean()
+    better = stats.probability_of_improvement(scores["revolver"], scores["direct"])
+    assert better.low > 0.7
