@@ -60,12 +60,15 @@ def through_files(old, new, folder):
     return new
 
 
+_PASSING = ("seconds", "wall_time", "commit")
+
+
 def timeless(value):
-    """Plain values without those that tell the time, as text."""
+    """Plain values without those that tell the time or the commit, as text."""
 
     def strip(item):
         if isinstance(item, dict):
-            return {k: strip(v) for k, v in item.items() if k not in ("seconds", "wall_time")}
+            return {k: strip(v) for k, v in item.items() if k not in _PASSING}
         return [strip(i) for i in item] if isinstance(item, list | tuple) else item
 
     return json.dumps(strip(value), sort_keys=True)
