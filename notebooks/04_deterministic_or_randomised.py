@@ -148,10 +148,10 @@ for kind in ("", "-equal"):
 # phase, the policy follows it, and a few transitions, seen hundreds of times, are enough to spoil
 # it. How would you test that guess?
 #
-# ## Five pairs of robots
+# ## Other pairs of robots
 #
-# Recorded runs on all pairs: the mean of each row, and the difference with equal data. (On the
-# ball in a cup an episode is half as long, so that a phase holds two of each simulation.)
+# Recorded runs on the pairs that have all four rows: the mean of each, and the difference with equal
+# data.
 
 # %%
 print(f"{'':24}" + "".join(f"{name:>20}" for name in lesson.methods))

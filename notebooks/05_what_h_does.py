@@ -224,10 +224,11 @@ for robot in lesson.robots:
         print(f"  {name:24} {found.value:+6.1f} ({found.low:+.1f} to {found.high:+.1f}) {star}")
 
 # %% [markdown]
-# The paper reports a gain from h = 1 on its ant (in its ablation table, over five seeds). Does it
-# show in the line of `revolver-h1`? If not, that is a result too: an effect of less than a
-# twentieth of a step is hardly to be found with ten seeds, and the theory above says so beforehand.
-# Questions for the rest of the table:
+# The paper reports a gain from h = 1 on its ant (in its ablation table, over five seeds). **Here it
+# is a loss**: `revolver-h1` ends below the row without shaping. And it is not the shift that costs:
+# `revolver-h1-normalised` shifts the optimum as far, and loses nothing; `revolver-h8-normalised`
+# shifts it eight times as far, and gains nothing either. An effect of less than a twentieth of a
+# step is hardly to be found with ten seeds, as the theory above says beforehand. Questions:
 #
 # * Where `revolver-h3` differs from 0 and `revolver-h8-normalised` does not, which of the two
 #   effects of h was it? The latter shifts the optimum more than twice as far.
