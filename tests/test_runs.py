@@ -440,7 +440,7 @@ def test_stopped_and_started_it_ends_as_if_it_had_not(finished, tmp_path):
     with pytest.raises(SettingsError, match="Start it"):
         run.results()
     run.start(processes=1)
-    wait_for(lambda: run.status().steps > 400)
+    wait_for(lambda: run.status().steps > 100)
     assert run.stop().status().state == "stopped"
     stopped = run.status()
     assert 0 < stopped.fraction < 1

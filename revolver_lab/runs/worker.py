@@ -36,7 +36,7 @@ class Worker:
         self.members = store.shard_members(folder, self.plan, shard)
         self.population = _population(self.plan, folder, self.members)
         self.asked_to_stop, self.message = False, ""
-        self._saved = self._told = time.monotonic()
+        self._saved = self._told = self._looked = time.monotonic()
 
     def run(self) -> bool:
         """Trains until all is done or somebody asks to stop; returns whether all is done."""
@@ -57,9 +57,11 @@ class Worker:
     def _pause(self) -> bool:
         """Between two ticks: saves and tells now and then; says whether to stop."""
         now = time.monotonic()
-        if now - self._told > 1.0:
-            self._told = now
+        if now - self._looked > 0.1:
+            self._looked = now
             self.asked_to_stop |= (self.folder / store.STOP).exists() or self._gone
+        if now - self._told > 0.5:
+            self._told = now
             self._tell("running")
         if now - self._saved > self.every and not self._gone:
             self._save()
