@@ -150,8 +150,8 @@ for kind in ("", "-equal"):
 #
 # ## Other pairs of robots
 #
-# Recorded runs on the pairs that have all four rows: the mean of each, and the difference with equal
-# data.
+# Recorded runs on the pairs that have all four rows: the mean of each, and the difference with
+# equal data.
 
 # %%
 print(f"{'':24}" + "".join(f"{name:>20}" for name in lesson.methods))
