@@ -34,7 +34,7 @@ OTHER_EXPERT = "a6eed311842b7c71f571a8ebd1d0ce530f072436662803f04d2b27fcde609911
 """Hash of another expert of the cheetahs, equally good at home: trained by the stacked engine, and
 at a slower rate at the end. Runs with it are recorded on the first pair; it is not shipped."""
 
-_MEASURED = ("cheetah-front-leg", "cheetah-short-legs", "cheetah-segment")
+_MEASURED = PAIRS[:4]
 """The pairs on which equal data, the critic and the cleaning were recorded."""
 
 _FAST_STEPS = 4800  # two phases of one episode in each simulation, and the last
