@@ -387,8 +387,9 @@ def test_the_shipped_expert_succeeds_in_95_of_100_episodes(scene):
     ],
 )
 def test_the_cliff_is_where_it_was_measured(name, whole, gone):
-    # facts, section 6: at least .9 at the first alpha and 0 at the second, in 20 episodes.
-    before, after = success(name, [whole, gone], 20)
+    # facts, section 6: at least .95 at the first alpha and 0 at the second, of 20 episodes.
+    # Not reproduced there: door's 1.0 at .25, where 160 episodes of ours give .51.
+    before, after = success(name, [whole, gone], 40)
     assert before >= 0.7
     assert after <= 0.15
 

@@ -45,6 +45,9 @@ PALM = {
 def fingers_lost(scene: str) -> mujoco.MjSpec:
     """Return the hand whose middle, ring and little finger have shrunk to points.
 
+    The path there is linear: of two readings (the other is the ramp s of the gripper) it is the
+    one along which the experts fall where facts, section 6, has them fall.
+
     Args:
         scene: "hammer", "relocate" or "door".
     """
