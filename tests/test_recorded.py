@@ -21,7 +21,7 @@ ROW = re.compile(r"\| ([\w.-]+) \| ([\d.]+) \(([\d.]+) to ([\d.]+)\) \| (\d+) of
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda path: path.name)
 def test_a_recorded_run_is_whole_small_and_says_how_to_repeat_it(folder):
-    plan, card, results = store.read_plan(folder), store.read_json(folder / store.CARD), None
+    plan, card = store.read_plan(folder), store.read_json(folder / store.CARD)
     results = read_results(folder)
     assert folder.name == plan.name  # the hash still names it: the plan reads as it was written
     assert len(results.learners) == len(plan.members)
