@@ -66,25 +66,22 @@ def sample(env: "RobotVectorEnv", act: Act, length: int) -> Trajectories:
     n, steps = env.num_envs, min(length, env.task.episode_steps)
     observations = np.zeros((steps + 1, n, observation.shape[1]), np.float32)
     actions = np.zeros((steps, n, env.single_action_space.shape[0]), np.float32)  # type: ignore[index]
-    rewards, held = np.zeros((steps, n)), np.zeros(n, dtype=int)
+    rewards = np.zeros((steps, n))
     lengths, failed = np.full(n, steps), np.zeros(n, dtype=bool)
-    goal = env.task.success if env.task.goal_steps is not None else None
     observations[0] = observation
     for t in range(steps):
         actions[t] = act(t, observation)
         observation, rewards[t], terminated, truncated, _ = env.step(actions[t])
         observations[t + 1] = observation
-        if goal is not None:
-            held += goal(env.robot) & ~env.halted
-        failed |= terminated
-        ended = (terminated | truncated) & ~env.halted
-        if ended.any():
+        ended = terminated | truncated
+        if np.count_nonzero(ended):
+            failed |= terminated
             lengths[ended] = t + 1
             env.halted |= ended
             if env.halted.all():
                 break
     env.halted[:] = False
-    goals = np.full(n, -1) if goal is None else held
+    goals = np.full(n, -1) if env.task.goal_steps is None else env.held.copy()
     return Trajectories(observations=observations, actions=actions, rewards=rewards,
                         lengths=lengths, terminated=failed, betas=env.alphas.copy(),
                         goal_steps=goals)  # fmt: skip

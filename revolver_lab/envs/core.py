@@ -1,6 +1,7 @@
 """What the three doors share: resolving names, scaling actions, judging a step, random streams."""
 
 import enum
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -100,6 +101,10 @@ class Controls:
         low, high = np.where(limited, model.actuator_ctrlrange, [-1.0, 1.0]).T
         return cls(low=low.copy(), high=high.copy())
 
+    @functools.cached_property
+    def _half(self) -> np.ndarray:
+        return 0.5 * (self.high - self.low)
+
     def __call__(self, actions: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
         """Return low + (clip(a, -1, 1) + 1) (high - low) / 2, float64.
 
@@ -120,8 +125,8 @@ class Controls:
             raise SettingsError(
                 f"actions of shape {given.shape}", f"shape {shape}", "Give one number per motor."
             )
-        unit = np.clip(given, -1.0, 1.0)
-        return self.low + (unit + 1.0) * (0.5 * (self.high - self.low))
+        unit = np.minimum(np.maximum(given, -1.0), 1.0)  # np.clip takes thrice as long on so few
+        return self.low + (unit + 1.0) * self._half
 
 
 class Outcome(NamedTuple):
@@ -141,6 +146,12 @@ class Outcome(NamedTuple):
     diverged: np.ndarray
     success: np.ndarray
 
+    def without(self, idle: np.ndarray) -> "Outcome":
+        """Return the outcome in which nothing happened to the robots of a mask, (n,) bool."""
+        flags = (self.terminated, self.diverged, self.success)
+        return Outcome(self.observation, np.where(idle, 0.0, self.reward),
+                       *(flag & ~idle for flag in flags))  # fmt: skip
+
 
 def judge(
     task: Task, robot: State, before: np.ndarray | None, suspect: np.ndarray, last: np.ndarray
@@ -159,15 +170,20 @@ def judge(
     """
     with np.errstate(invalid="ignore", over="ignore"):
         observation = task.observe(robot)
-        reward = task.reward(robot, before)
-        sane = (np.abs(observation) < HUGE).all(axis=1) & (np.abs(reward) < HUGE)
-        terminated, success = task.terminated(robot), task.success(robot)
-        diverged = suspect | ~sane
-        seen = observation.astype(np.float32)
-    if diverged.any():
-        seen[diverged] = last[diverged]
-        reward = np.where(diverged, 0.0, reward)
-    return Outcome(seen, reward, terminated | diverged, diverged, success & ~diverged)
+        reward = np.array(task.reward(robot, before), dtype=float)
+        outcome = Outcome(observation.astype(np.float32), reward, task.terminated(robot).copy(),
+                          suspect, task.success(robot))  # fmt: skip
+        # The largest of all tells in one glance that all is well, as it is in nearly every step.
+        if np.abs(observation).max() < HUGE and np.abs(reward).max() < HUGE:
+            diverged = suspect
+        else:
+            sane = (np.abs(observation) < HUGE).all(axis=1) & (np.abs(reward) < HUGE)
+            diverged = suspect | ~sane
+    if not np.count_nonzero(diverged):
+        return outcome
+    outcome.observation[diverged] = last[diverged]
+    outcome = outcome.without(diverged)
+    return outcome._replace(terminated=outcome.terminated | diverged, diverged=diverged)
 
 
 def first_look(task: Task, robot: State) -> np.ndarray:

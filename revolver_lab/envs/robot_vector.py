@@ -29,6 +29,7 @@ class RobotVectorEnv(VectorEnv):
 
     Attributes:
         alphas: Alpha of the running episode of each simulation, (n,); read only.
+        held: In how many steps of it the task's goal held, (n,); read only.
         halted: Simulations that stand still: no step, no reward, no new episode, (n,) bool.
         draw_alpha: Draws the alpha of each new episode; None keeps what ``set_alphas`` set.
         batch: The ``mujoco.batch.Batch`` underneath.
@@ -56,7 +57,7 @@ class RobotVectorEnv(VectorEnv):
         self._make_batch(nthread)
         self._make_spaces()
         self._last = np.zeros((n, self.task.observation_size), np.float32)
-        self._steps, self._held = np.zeros((2, n), dtype=int)
+        self._steps, self.held = np.zeros((2, n), dtype=int)
         self._returns = np.zeros(n)
         self._waiting, self.halted = np.zeros((2, n), dtype=bool)
         self._seed(seed)
@@ -68,7 +69,7 @@ class RobotVectorEnv(VectorEnv):
         self.batch.set_models(self.models)
         self.robot = self.task.state_class({f: self.batch.bind(f) for f in self.task.fields})
         self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
-        self._mocap_pos = self.batch.bind("mocap_pos")
+        self._mocap_pos, self._warnings = self.batch.bind("mocap_pos"), self.batch.warning[:, :, 1]
         self._ctrl, self._controls = self.batch.bind("ctrl"), Controls.of(self.models[0])
         derived = self.task.needs_derived
         self._stage = int(mujoco.mjtStage.mjSTAGE_ACC if derived else mujoco.mjtStage.mjSTAGE_NONE)
@@ -138,23 +139,25 @@ class RobotVectorEnv(VectorEnv):
         Raises:
             SettingsError: If the actions have another shape.
         """
-        waiting = self._waiting & ~self.halted
-        active = ~self._waiting & ~self.halted
+        idle = self._waiting | self.halted
+        resting = np.count_nonzero(idle) > 0
         before = self.task.remember(self.robot)
         self._ctrl[:] = self._controls(actions, self._ctrl.shape)
-        suspect = self._simulate(None if active.all() else np.flatnonzero(active))
+        suspect = self._simulate(np.flatnonzero(~idle) if resting else None)
         outcome = judge(self.task, self.robot, before, suspect, self._last)
-        outcome.observation[self.halted] = self._last[self.halted]
+        if resting:
+            outcome = outcome.without(idle)
+            outcome.observation[self.halted] = self._last[self.halted]
         self._last = outcome.observation
         self._steps += 1
-        self._held += outcome.success & active
-        rewards = np.where(active, outcome.reward, 0.0)
-        self._returns += rewards
-        terminated = outcome.terminated & active
-        truncated = (self._steps >= self.task.episode_steps) & active & ~terminated
-        self._begin(waiting)
-        infos = self._close_episodes(terminated | truncated, outcome.diverged & active)
-        return self._last.copy(), rewards, terminated, truncated, infos
+        self.held += outcome.success
+        self._returns += outcome.reward
+        truncated = (self._steps >= self.task.episode_steps) & ~outcome.terminated
+        if resting:
+            truncated &= ~idle
+            self._begin(self._waiting & ~self.halted)
+        infos = self._close_episodes(outcome.terminated | truncated, outcome.diverged)
+        return self._last.copy(), outcome.reward, outcome.terminated, truncated, infos
 
     def _simulate(self, ids: np.ndarray | None) -> np.ndarray:
         """Run the physics; return the simulations that MuJoCo warned about or gave up, (n,)."""
@@ -163,21 +166,21 @@ class RobotVectorEnv(VectorEnv):
             self.batch.step(ids, self.task.n_substeps, self._stage)
         except SimulationError as error:
             suspect[error.ids] = True
-        counts = self.batch.warning[:, :, 1]
-        if counts.any():
-            suspect |= counts.any(axis=1)
+        if np.count_nonzero(self._warnings):
+            suspect |= self._warnings.any(axis=1)
             self.batch.warning[:] = 0
         return suspect
 
     def _close_episodes(self, done: np.ndarray, diverged: np.ndarray) -> dict[str, Any]:
         """Report on the step, and in SAME_STEP mode start anew where an episode is done."""
         same_step = self.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
-        self._waiting = np.zeros_like(done) if same_step else done | (self._waiting & self.halted)
-        if not done.any():
+        self._waiting = self._waiting & self.halted
+        if not np.count_nonzero(done):
             return self._infos(diverged)
+        self._waiting |= done & (not same_step)
         episode: dict[str, Any] = {"r": self._returns.copy(), "l": self._steps.copy()}
         if self.task.goal_steps is not None:
-            episode["success"] = self._held > self.task.goal_steps
+            episode["success"] = self.held > self.task.goal_steps
         episode = {"episode": episode}
         if not same_step:
             return self._infos(diverged) | masked(episode, done)
@@ -188,8 +191,9 @@ class RobotVectorEnv(VectorEnv):
         return self._infos(diverged & ~done) | final
 
     def _infos(self, diverged: np.ndarray) -> dict[str, Any]:
-        everyone = np.ones(self.num_envs, dtype=bool)
-        return masked({"alpha": self.alphas, "diverged": diverged}, everyone)
+        everyone = np.ones(self.num_envs, dtype=bool)  # what `masked` says, in every step
+        return {"alpha": self.alphas.copy(), "_alpha": everyone,
+                "diverged": diverged, "_diverged": everyone.copy()}  # fmt: skip
 
     def _begin(self, which: np.ndarray) -> None:
         """Start an episode in the simulations of the mask ``which``, (n,)."""
@@ -207,7 +211,7 @@ class RobotVectorEnv(VectorEnv):
         self.batch.forward(ids)
         self.batch.warning[ids] = 0
         self._last[ids] = first_look(self.task, self.robot)[ids]
-        self._steps[ids], self._held[ids], self._returns[ids] = 0, 0, 0.0
+        self._steps[ids], self.held[ids], self._returns[ids] = 0, 0, 0.0
 
     def _change_robots(self, ids: np.ndarray) -> None:
         """Give each simulation the robot of its next alpha; who keeps its alpha is left alone."""

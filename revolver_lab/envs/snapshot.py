@@ -6,7 +6,7 @@ import numpy as np
 
 from revolver_lab.envs.robot_vector import RobotVectorEnv
 
-_ARRAYS = ("alphas", "halted", "_next_alphas", "_steps", "_held", "_returns", "_waiting", "_last")
+_ARRAYS = ("alphas", "halted", "_next_alphas", "_steps", "held", "_returns", "_waiting", "_last")
 
 
 def take(env: RobotVectorEnv) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

@@ -9,6 +9,7 @@ OPEN = 1.35
 """Angle of the hinge from which on the door is open [rad]."""
 #        angle beyond which a bonus is paid [rad]: bonus
 BONUSES = {0.2: 2.0, 1.0: 8.0, OPEN: 10.0}
+_ANGLES, _PAID = np.array([*BONUSES]), np.cumsum([0.0, *BONUSES.values()])
 HINGE_END = 1.57  # [rad]
 HINGE_COST, PALM_COST, SPEED_COST = 0.1, 0.1, 1e-5
 AJAR = 1.0
@@ -23,9 +24,9 @@ class Opening(Manipulation):
     observation_size = 39
 
     def bind(self, model: mujoco.MjModel) -> None:
-        """Look up hinge, latch and handle; see ``Task.bind``."""
+        """Look up hinge and handle; see ``Task.bind``."""
         super().bind(model)
-        self._hinge, self._latch = model.joint("door_hinge").qposadr[0], model.nq - 1
+        self._hinge = int(model.joint("door_hinge").qposadr[0])
         self._handle = model.site("S_handle").id
 
     def hinge(self, robot: HandState) -> np.ndarray:
@@ -36,7 +37,7 @@ class Opening(Manipulation):
         """Return joints (27), latch, hinge, palm, handle, their difference, and +-1, (n, 39)."""
         hinge, palm, handle = self.hinge(robot), robot.site(self.palm), robot.site(self._handle)
         ajar = np.where(hinge > AJAR, 1.0, -1.0)
-        angles = [robot.qpos[:, 1:-2], robot.qpos[:, [self._latch]], hinge[:, None]]
+        angles = [robot.qpos[:, 1:-2], robot.qpos[:, -1:], hinge[:, None]]
         return np.concatenate([*angles, palm, handle, palm - handle, ajar[:, None]], axis=1)
 
     def success(self, robot: HandState) -> np.ndarray:
@@ -45,8 +46,7 @@ class Opening(Manipulation):
 
     def bonuses(self, robot: HandState) -> np.ndarray:
         """Return 2 beyond 0.2 rad, 8 more beyond 1.0 rad, 10 more beyond 1.35 rad, (n,)."""
-        hinge = self.hinge(robot)
-        return sum((np.where(hinge > angle, b, 0.0) for angle, b in BONUSES.items()), 0.0 * hinge)
+        return _PAID[np.searchsorted(_ANGLES, self.hinge(robot))]  # how many it is beyond
 
     def costs(self, robot: HandState) -> np.ndarray:
         """Return 0.1 |palm - handle| + 0.1 (hinge - 1.57)^2 + 1e-5 |qvel|^2, (n,)."""
