@@ -11,6 +11,7 @@ from small_runs import tiny_plan
 
 import revolver_lab as rvl
 from revolver_lab import _gl, cli
+from revolver_lab.commands import looking
 from revolver_lab.commands.parts import training
 from revolver_lab.errors import SettingsError
 from revolver_lab.runs import Run
@@ -60,6 +61,24 @@ def test_a_film_of_the_shipped_policy(tmp_path):
     assert Image.open(film).width == 2 * 48 + 4
 
 
+def test_policies_and_robots_pair_up_or_one_stays_for_all(monkeypatch, tmp_path):
+    played = []
+
+    def record(policy, evolve, alpha, *, title, **_):
+        played.append((policy, alpha, title))
+
+    monkeypatch.setattr(looking, "policy_of", lambda name, given: given.upper())
+    monkeypatch.setattr(rvl.lab, "record", record)
+    monkeypatch.setattr(rvl.lab, "film", lambda *_, **settings: None)
+    film = ["gif", NAME, "-o", str(tmp_path / "x.gif"), "--policy"]
+    assert cli.main([*film, "a", "a", "b", "--alpha", "0", "1", "1"]) == 0
+    assert played == [("A", 0.0, "a"), ("A", 1.0, "a"), ("B", 1.0, "b")]
+    played.clear()
+    assert cli.main([*film, "a", "--alpha", "0", "1", "--title", "here", "there"]) == 0
+    assert cli.main([*film, "a", "b"]) == 0
+    assert played == [("A", 0.0, "here"), ("A", 1.0, "there"), ("A", 1.0, "a"), ("B", 1.0, "b")]
+
+
 @pytest.mark.parametrize(
     "words",
     [
@@ -68,6 +87,9 @@ def test_a_film_of_the_shipped_policy(tmp_path):
         ["strip", NAME, "-o", "no/such/folder/x.png"],
         ["gif", NAME, "-o", "x.gif", "--alpha", "0"],
         ["gif", NAME, "-o", "x.gif", "--policy", "no-such-file"],
+        ["gif", NAME, "-o", "x.gif", "--policy", "expert", "expert", "--alpha", "0", "0.5", "1"],
+        ["gif", NAME, "-o", "x.gif", "--policy", "expert", "--title", "a", "b"],
+        ["strip", NAME, "-o", "x.png", "--camera", "behind"],
         ["evaluate", NAME, "--policy", "no-such-file"],
         ["transfer", NAME, "--method", "magic"],
         ["transfer"],

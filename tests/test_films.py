@@ -83,6 +83,25 @@ def test_rollouts_stand_side_by_side_in_real_time_and_the_shorter_one_waits(evol
 
 
 @needs_gl
+def test_at_half_speed_there_are_twice_the_frames_of_the_same_poses(evolve):
+    run = rollout(evolve)
+    usual, slow = (list(films.film_frames([run], **SIZE, fps=20, speed=s)) for s in (1.0, 0.5))
+    assert len(slow) == 2 * len(usual) == 20
+    assert all((slow[2 * n] == usual[n]).all() for n in range(10))
+
+
+def test_a_goal_is_counted_in_the_caption_and_held_for_more_steps_than_needed_is_success(evolve):
+    goal = rollout(evolve, held=np.array([0, 0, 1, 2, 3]), goal_steps=2)
+    assert [films._achieved(goal, row) for row in (1, 3, 4)] == [
+        "goal not held", "goal held 2 steps", "goal held 3 steps: success",
+    ]  # fmt: skip
+    assert [goal.success(row) for row in (1, 3, 4)] == [False, False, True]
+    assert goal.success()
+    assert films._achieved(rollout(evolve), 3) == "reward 3"
+    assert not rollout(evolve).success()
+
+
+@needs_gl
 def test_gif_and_mp4_come_without_a_system_ffmpeg(evolve, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", "")
     done = rvl.lab.film([rollout(evolve)], tmp_path / "x.gif", **SIZE, fps=10)
@@ -143,6 +162,7 @@ def test_an_mp4_without_imageio_ffmpeg_says_what_to_install(tmp_path, monkeypatc
         (lambda e, d: rvl.lab.strip(e, path=d / "x.gif"), r"Allowed: \.png"),
         (lambda e, d: rvl.lab.film(e, d / "no" / "x.gif"), "folder"),
         (lambda e, d: rvl.lab.film(e, d / "x.gif", fps=200), "fps = 200"),
+        (lambda e, d: rvl.lab.film(e, d / "x.gif", speed=0), "speed = 0"),
         (lambda e, d: rvl.lab.film([], d / "x.gif"), "no rollouts"),
         (lambda e, d: rvl.lab.strip(e, ()), "no alphas"),
         (lambda e, d: rollout(e, alpha=0.5, dt=0.0), "dt = 0.0"),
@@ -161,6 +181,8 @@ def test_rollouts_are_checked(evolve):
         rollout(evolve, alpha=1.5)
     with pytest.raises(SettingsError, match=r"\(T, nq\)"):
         Rollout(evolve=evolve, alpha=0, qpos=np.zeros((3, 9)), rewards=np.zeros(4))
+    with pytest.raises(SettingsError, match=r"held of shape \(4,\)"):
+        rollout(evolve, held=np.zeros(4))
 
 
 def test_a_record_is_the_episode_of_the_environment(evolve):
@@ -179,6 +201,15 @@ def test_a_record_is_the_episode_of_the_environment(evolve):
         assert kept.rewards[row] == reward
     assert kept.qpos.shape == (21, 9)
     assert kept.dt == pytest.approx(0.05)
+
+
+def test_a_record_of_a_hand_says_for_how_long_the_goal_was_held():
+    kept = rvl.lab.record(rvl.load_expert("adroit-door"), "adroit-door", 0.0, seed=0)
+    # The sparse reward is 1 for every step in which the door is open: an independent count.
+    assert (kept.held == kept.rewards.cumsum()).all()
+    assert kept.goal_steps == 25
+    assert kept.success() == (kept.score > 25)
+    assert rvl.lab.record(lambda o: np.zeros(6), NAME, 0.0, steps=2).held is None
 
 
 def test_recording_an_unknown_robot_lists_the_near_ones():

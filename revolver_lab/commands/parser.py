@@ -53,9 +53,10 @@ def _looking(commands: Commands) -> None:
     gif = _add(commands, "gif", "looking:gif", "a film of a robot, or of a policy on it",
                "robot", "alpha", "task", "seed", "steps")  # fmt: skip
     _pictures(gif, "x.gif or x.mp4", 320, 240)
-    gif.add_argument("--policy", help=_POLICY)
-    gif.add_argument("--title", help="words under the pictures")
+    gif.add_argument("--policy", nargs="+", help=f"{_POLICY}; one, or one a picture")
+    gif.add_argument("--title", nargs="+", help="words under the pictures, one or one a picture")
     gif.add_argument("--fps", type=float, default=20, help="frames a second (20)")
+    gif.add_argument("--speed", type=float, default=1.0, help="of policies; 1 is real time (1)")
 
 
 def _pictures(command: Parser, example: str, width: int, height: int) -> None:
@@ -64,6 +65,7 @@ def _pictures(command: Parser, example: str, width: int, height: int) -> None:
     for side, usual in (("width", width), ("height", height)):
         about = f"of one picture [pixels] ({usual})"
         command.add_argument(f"--{side}", type=int, default=usual, help=about)
+    command.add_argument("--camera", default="fit", help="a camera of the robot (fit: all of it)")
 
 
 def _train_expert(commands: Commands) -> None:

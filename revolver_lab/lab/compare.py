@@ -16,15 +16,17 @@ def compare(
     width: int = 300,
     height: int = 225,
     fps: float = 12.5,
+    speed: float = 1.0,
     camera: str | int = FIT,
 ) -> Player:
-    """Rollouts side by side, in real time, with one slider over time and one play button.
+    """Rollouts side by side, with one slider over time and one play button.
 
     Args:
         rollouts: What `record` made: of several policies on one robot, or of one along alpha.
         width: Width of one picture [pixels].
         height: Height of one picture [pixels].
         fps: Frames a second.
+        speed: 1 is real time, 0.5 is half as fast.
         camera: A camera of the robot, or "fit".
 
     Returns:
@@ -47,14 +49,14 @@ def compare(
         given = ", ".join(type(run).__name__ for run in runs) or "no rollouts"
         raise SettingsError(given, "rollouts, at least one", "Make them with rvl.lab.record.")
     with contextlib.closing(
-        film_frames(runs, width=width, height=height, fps=fps, camera=camera)
+        film_frames(runs, width=width, height=height, fps=fps, speed=speed, camera=camera)
     ) as film:
         frames = list(film)
     names = [run.title or f"alpha {run.alpha:.3g}" for run in runs]
     robots = ", ".join(dict.fromkeys(run.evolve.name for run in runs))
     earned = [f"{name} earned {run.score:.4g}" for name, run in zip(names, runs)]
     return make_player(
-        frames, [f"{count / fps:.1f} s" for count in range(len(frames))], what="time",
+        frames, [f"{count * speed / fps:.1f} s" for count in range(len(frames))], what="time",
         alt=f"Film of {robots}, side by side: {'; '.join(earned)}.",
         caption=f"{robots}: {', '.join(names)}", pause=1000 / fps,
     )  # fmt: skip

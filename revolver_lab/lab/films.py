@@ -69,6 +69,7 @@ def film(
     width: int = 320,
     height: int = 240,
     fps: float = 20,
+    speed: float = 1.0,
     camera: str | int = FIT,
 ) -> Path:
     """A film of an evolution from alpha 0 to 1 and back, or of rollouts side by side.
@@ -78,7 +79,8 @@ def film(
         path: Where to write it; the ending says how: .gif or .mp4.
         width: Width of one picture [pixels].
         height: Height of one picture [pixels].
-        fps: Frames a second, in [1, 50]; rollouts are shown in real time.
+        fps: Frames a second, in [1, 50].
+        speed: Of rollouts; 1 is real time, 0.5 is half as fast.
         camera: A camera of the robot, or "fit".
 
     Returns:
@@ -90,9 +92,11 @@ def film(
     """
     checked = encoders.check_path(path, encoders.MOVIES)
     encoders.check_fps(fps)
+    if not 0.05 <= speed <= 20:
+        raise SettingsError(f"speed = {speed}", "from 0.05 to 20", "1 is real time.")
     gl.ensure()  # a film of recorded pictures would show a robot that only stands
     with contextlib.closing(film_frames(
-        shown, width=width, height=height, fps=fps, camera=camera
+        shown, width=width, height=height, fps=fps, speed=speed, camera=camera
     )) as frames:  # fmt: skip
         return encoders.write_movie(frames, checked, fps)
 
@@ -103,6 +107,7 @@ def film_frames(
     width: int = 320,
     height: int = 240,
     fps: float = 20,
+    speed: float = 1.0,
     camera: str | int = FIT,
 ) -> Generator[np.ndarray, None, None]:
     """The frames of `film`, one at a time, (H, W, 3) uint8."""
@@ -118,10 +123,10 @@ def film_frames(
             name: opened.enter_context(open_stage(evolve, **size))
             for name, evolve in {id(run.evolve): run.evolve for run in rollouts}.items()
         }
-        length = max(run.seconds for run in rollouts)
-        for count in range(max(1, math.ceil(length * fps - 1e-6))):
+        length, tick = max(run.seconds for run in rollouts), speed / fps
+        for count in range(max(1, math.ceil(length / tick - 1e-6))):
             yield captions.beside(
-                [_moment(stages[id(run.evolve)], run, count / fps) for run in rollouts]
+                [_moment(stages[id(run.evolve)], run, count * tick) for run in rollouts]
             )
 
 
@@ -135,15 +140,23 @@ def _journey(evolve: Evolution, fps: float, size: dict) -> Generator[np.ndarray,
 
 
 def _moment(stage: Stage | Recorded, run: Rollout, time: float) -> np.ndarray:
-    """One rollout at one time, with what it has earned by then."""
+    """One rollout at one time, with what it has achieved by then."""
     row = run.row(time)
-    earned = float(run.rewards[: row + 1].sum())
-    words = f"alpha {run.alpha:.2g}   reward {earned:.4g}"
+    words = f"alpha {run.alpha:.2g}   {_achieved(run, row)}"
     picture = stage.frame(run.alpha, run.qpos[row], places=run.places)
     if not run.title:
         return _panel(picture, words, "", run.alpha)
     under = captions.bar(picture.shape[1], words)
     return np.concatenate([_panel(picture, run.title, "", run.alpha), under])
+
+
+def _achieved(run: Rollout, row: int) -> str:
+    """For how long the goal was held by then; where there is none, what was earned."""
+    if run.held is None:
+        return f"reward {float(run.rewards[: row + 1].sum()):.4g}"
+    if run.held[row] == 0:
+        return "goal not held"
+    return f"goal held {run.held[row]} steps" + ": success" * run.success(row)
 
 
 def _panel(picture: np.ndarray, left: str, right: str, alpha: float) -> np.ndarray:

@@ -24,6 +24,8 @@ class Rollout:
         places: Where the mocap bodies were, (nmocap, 3) [m]; None where the robot has them.
         title: What to write under its picture.
         dt: Time between poses [s].
+        held: In how many steps the task's goal had held by each pose, (T,); None without a goal.
+        goal_steps: The episode is a success once it held in more steps than this.
     """
 
     evolve: Evolution = field(repr=False)
@@ -33,6 +35,8 @@ class Rollout:
     places: np.ndarray | None = field(default=None, repr=False)
     title: str = ""
     dt: float = 0.05
+    held: np.ndarray | None = field(default=None, repr=False)
+    goal_steps: int = 0
 
     def __post_init__(self) -> None:
         checked_alpha(self.alpha)
@@ -43,6 +47,9 @@ class Rollout:
                 "(T, nq) and (T,), T at least 1",
                 "Make rollouts with rvl.lab.record.",
             )
+        if self.held is not None and np.shape(self.held) != rewards:
+            raise SettingsError(f"held of shape {np.shape(self.held)}", f"one a pose, {rewards}",
+                                "Make rollouts with rvl.lab.record.")  # fmt: skip
         if not self.dt > 0:
             raise SettingsError(f"dt = {self.dt}", "seconds above 0", "Take the step of the task.")
 
@@ -55,6 +62,10 @@ class Rollout:
     def seconds(self) -> float:
         """Length in simulated time [s]."""
         return len(self.rewards) * self.dt
+
+    def success(self, row: int = -1) -> bool:
+        """Whether the goal had held for long enough by a row of `qpos`, by default the last."""
+        return self.held is not None and bool(self.held[row] > self.goal_steps)
 
     def row(self, time: float) -> int:
         """Row of `qpos` that shows the robot at a time [s]; the last one from the end on."""
@@ -93,13 +104,16 @@ def record(
 
     env = RobotEnv(evolve, alpha=checked_alpha(alpha), task=task)
     observation, _ = env.reset(seed=seed)
-    poses, rewards, ended = [env.simulation.data.qpos.copy()], [0.0], False
+    poses, rewards, held, ended = [env.simulation.data.qpos.copy()], [0.0], [0], False
     while not ended and (steps is None or len(rewards) <= steps):
         observation, reward, terminated, truncated, _ = env.step(policy(observation))
         poses.append(env.simulation.data.qpos.copy())
         rewards.append(reward)
+        held.append(env.simulation.held)
         ended = terminated or truncated
+    goal = env.task.goal_steps
     return Rollout(
         evolve=env.evolve, alpha=alpha, qpos=np.array(poses), rewards=np.array(rewards),
         places=env.simulation.data.mocap_pos.copy(), title=title, dt=env.task.step_seconds,
+        held=None if goal is None else np.array(held), goal_steps=goal or 0,
     )  # fmt: skip

@@ -25,12 +25,14 @@ MOVED = {
 }
 CAMERA = "fit"
 """Its name makes it the camera of pictures and films, in place of the one fitted to a robot."""
-#          scene: place of the camera, and where it looks [m]
+#          scene: place of the camera, where it looks [m], and how wide [degrees]
 CAMERAS = {
-    "hammer": ((0.45, -0.55, 0.75), (0.0, -0.17, 0.12)),
-    "relocate": ((0.5, -0.6, 0.8), (0.0, -0.08, 0.14)),
-    "door": ((-0.6, -0.85, 1.0), (0.04, -0.06, 0.19)),
+    "hammer": ((0.5, -0.46, 0.7), (0.0, -0.13, 0.16), 33),
+    "relocate": ((0.55, -0.4, 0.75), (0.0, -0.07, 0.16), 38),
+    "door": ((-0.3, -0.66, 0.82), (0.09, -0.03, 0.2), 44),
 }
+SHADOWED = 0.2
+"""Share of the lamp's cone that has shadows, which is about the table: so their edges are sharp."""
 
 
 def adroit(scene: str) -> mujoco.MjSpec:
@@ -53,8 +55,8 @@ def adroit(scene: str) -> mujoco.MjSpec:
     _hang_on_mocap(spec, *MOVED[scene])
     _draw_what_collides(spec)
     _drop_unused_assets(spec)
-    place, point = CAMERAS[scene]
-    _add_camera(spec, place, point)
+    spec.visual.map.shadowscale = SHADOWED
+    _add_camera(spec, *CAMERAS[scene])
     return spec
 
 
@@ -101,8 +103,10 @@ def _drop_unused_assets(spec: mujoco.MjSpec) -> None:
             spec.delete(texture)
 
 
-def _add_camera(spec: mujoco.MjSpec, place: tuple[float, ...], point: tuple[float, ...]) -> None:
+def _add_camera(
+    spec: mujoco.MjSpec, place: tuple[float, ...], point: tuple[float, ...], wide: float
+) -> None:
     """Add the camera that pictures are taken by, at a place of the world, looking at a point."""
     look = spec.worldbody.add_body(name="camera_aim", pos=point)
-    camera = spec.worldbody.add_camera(name=CAMERA, pos=place, fovy=40)
+    camera = spec.worldbody.add_camera(name=CAMERA, pos=place, fovy=wide)
     camera.mode, camera.targetbody = mujoco.mjtCamLight.mjCAMLIGHT_TARGETBODY, look.name
