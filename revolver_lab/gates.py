@@ -146,10 +146,29 @@ class SampledGate(Gate):
         average = last + self.weight * (success - last)
         iterations, done = position.iterations + 1, False
         trust = (min(average, success + self.slack) - self.low) / (self.high - self.low)
-        alpha = _onward(position.alpha, self.alpha_step * min(max(trust, 0.0), 1.0))
+        alpha = _onward(position.alpha, self._length(min(max(trust, 0.0), 1.0)))
         if position.alpha == 1.0 and average >= self.high and iterations % self.every == 0:
             done = measure(1.0, self.finish_episodes) >= self.finish
         return Position(alpha=alpha, average=average, iterations=iterations, done=done)
+
+    def _length(self, trust: float) -> float:
+        """Returns the step of alpha for a trust in [0, 1]."""
+        return self.alpha_step * trust
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class SteppedGate(SampledGate):
+    """The path in equal jumps: alpha waits until the usual gate would take its largest step.
+
+    Example:
+        >>> gate = SteppedGate(alpha_step=0.25)
+        >>> [gate.after(Position(), success, lambda alpha, n: 0.0).alpha for success in (0.7, 0.8)]
+        [0.0, 0.25]
+    """
+
+    def _length(self, trust: float) -> float:
+        """Returns the whole step, or none."""
+        return self.alpha_step if trust == 1.0 else 0.0
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -189,7 +208,7 @@ def _onward(alpha: float, step: float) -> float:
     return min(round(alpha + step, 12), 1.0)
 
 
-GATES = {gate.__name__: gate for gate in (SampledGate, EvaluatedGate)}
+GATES = {gate.__name__: gate for gate in (SampledGate, SteppedGate, EvaluatedGate)}
 
 
 def gate_from_json(value: Mapping[str, Any]) -> Gate:

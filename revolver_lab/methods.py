@@ -39,6 +39,11 @@ class Method:
                 raise SettingsError(f"{name} = {getattr(self, name)!r}", f"one of {choices}",
                                     "Take the first.")  # fmt: skip
 
+    @property
+    def needs_expert(self) -> bool:
+        """Whether there has to be an expert, to begin with."""
+        return self.expert
+
     def to_json(self) -> dict[str, Any]:
         """Returns the method as plain JSON values."""
         plain = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
@@ -55,11 +60,11 @@ class Member:
     """One learner of a population: a method and a seed.
 
     Attributes:
-        method: How it learns.
+        method: How it learns; a `Method`, or a `NaturalMethod` for the loop that takes those.
         seed: Seed of everything random about it, in whatever company it learns.
     """
 
-    method: Method
+    method: Any
     seed: int
 
     @property
@@ -168,7 +173,7 @@ def method(name: str) -> Method:
     return METHODS[name]
 
 
-def members(methods: Iterable[Method | str], seeds: Iterable[int]) -> tuple[Member, ...]:
+def members(methods: Iterable[Any], seeds: Iterable[int]) -> tuple[Member, ...]:
     """Returns every method with every seed.
 
     Args:

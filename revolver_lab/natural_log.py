@@ -69,7 +69,7 @@ class NaturalLog(TransferLog):
 
     Attributes:
         iterations: What happened, iteration by iteration.
-        trials: Every evaluation, those of the gate included; `evaluations` has those at the end.
+        trials: Every evaluation; `evaluations` has those on the target.
         finished: Whether the gate's last demand, success at alpha = 1, was met.
     """
 

@@ -77,6 +77,7 @@ class NaturalTransfer:
         self.iterations: list[Iteration] = []
         self.trials: list[Trial] = []
         self._start, self._examination = time.monotonic(), None
+        self._taken: float | None = None
 
     def _environment(self, n: int, seed: int) -> "RobotVectorEnv":
         """Makes simulations."""
@@ -93,8 +94,12 @@ class NaturalTransfer:
 
     @property
     def seconds(self) -> float:
-        """Returns the time since the start [s]."""
-        return time.monotonic() - self._start
+        """Returns the time since the start, or the time it took [s]."""
+        return time.monotonic() - self._start if self._taken is None else self._taken
+
+    def rest(self) -> None:
+        """Stops the clock, while others go on."""
+        self._taken = self.seconds
 
     @property
     def over(self) -> bool:
@@ -180,6 +185,7 @@ class NaturalTransfer:
     def result(self) -> NaturalLog:
         """Freezes what has happened so far."""
         name, last = self.env.evolve.name, self.trials[-1:]
+        at_target = tuple(trial for trial in self.trials if trial.alpha == 1.0)
         card = ModelCard(
             robot=name, alpha=self.position.alpha, algorithm=type(self.learner).__name__,
             steps=self.steps, seed=self.seed, episode_return=last[0].mean if last else None,
@@ -194,7 +200,7 @@ class NaturalTransfer:
         }  # fmt: skip
         length = self.env.task.episode_steps
         return NaturalLog(
-            robot=name, phases=self._phases(), evaluations=tuple(last), steps=self.steps,
+            robot=name, phases=self._phases(), evaluations=at_target, steps=self.steps,
             evaluation_steps=sum(len(trial.returns) for trial in self.trials) * length,
             wall_time=round(self.seconds, 3), failure=self.failure, seed=self.seed,
             reached_target=any(i.alpha == 1.0 for i in self.iterations), settings=settings,

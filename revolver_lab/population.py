@@ -9,8 +9,9 @@ import numpy as np
 from revolver_lab.algorithm1 import Algorithm1
 from revolver_lab.cards import ModelCard, command, commit, versions
 from revolver_lab.envs import snapshot
-from revolver_lab.errors import MissingExtraError, SettingsError
+from revolver_lab.errors import SettingsError
 from revolver_lab.evaluation import evaluate_each
+from revolver_lab.learners.engines import make_engine
 from revolver_lab.learners.settings import COURSE, LearnerSettings
 from revolver_lab.logs import TransferLog
 from revolver_lab.methods import Member
@@ -98,7 +99,7 @@ class Population:
         sizes = self.env.observation_space.shape[1], self.env.action_space.shape[1]  # type: ignore[index]
         capacity = capacity_of(steps, self.members, self.settings, self.env.task.episode_steps)
         check_memory(len(self.members), capacity, *sizes)
-        learner = _engine(self.settings, *sizes, self.members, capacity)
+        learner = make_engine(self.settings, *sizes, self.members, capacity)
         for p, expert in enumerate(self._experts):
             if expert is not None:
                 learner.adopt(p, expert)
@@ -129,6 +130,15 @@ class Population:
     def over(self) -> bool:
         """Whether every learner has come to its end."""
         return bool(self.loop.over.all())
+
+    @property
+    def seconds(self) -> float:
+        """Returns the time they have taken so far [s]."""
+        return self.logs[0].seconds
+
+    def policy(self) -> Policy:
+        """Returns the policy of the first learner."""
+        return self.learner.policy(0)
 
     def run(self, pause: Callable[[], bool] | None = None) -> bool:
         """Trains until all learners are done, or until asked to pause.
@@ -222,26 +232,3 @@ def _one_each(
         raise SettingsError(f"{len(given)} experts for {len(members)} learners", "one for all, or "
                             "one each", "Give one expert a learner.")  # fmt: skip
     return [e if member.method.expert else None for e, member in zip(given, members)]
-
-
-def _engine(
-    settings: LearnerSettings, observation_size: int, action_size: int,
-    members: Sequence[Member], capacity: int,
-) -> Any:  # fmt: skip
-    """Makes the learners with the engine that the settings ask for."""
-    sizes = observation_size, action_size
-    try:
-        if settings.stacks:
-            from revolver_lab.learners.stacked.learner import StackedLearner
-
-            return StackedLearner(settings, *sizes, members, capacity)
-        from revolver_lab.learners.sb3 import Sb3Learner
-    except ImportError as error:
-        raise MissingExtraError(
-            f"training without {error.name}", "torch and stable-baselines3",
-            "Install them: pip install 'revolver-lab[train]'.",
-        ) from error  # fmt: skip
-    if len(members) > 1:
-        raise SettingsError(f"{len(members)} learners with {settings.name} of stable-baselines3",
-                            "one learner", "Take SAC or TD3 of the stacked engine.")  # fmt: skip
-    return Sb3Learner(settings, *sizes, members[0])

@@ -132,7 +132,7 @@ def finished(tmp_path_factory):
     """A finished run of two learners, and the arguments that find it again."""
     root = tmp_path_factory.mktemp("runs")
     run = Run(tiny_plan(), root=root)
-    run._prepare(1)
+    run.prepare(1)
     assert work([str(run.folder), "0"]) == 0
     run.results()
     return run.folder, ["transfer", "--plan", str(run.folder / "config.json"), "--root", str(root)]

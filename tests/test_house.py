@@ -28,16 +28,16 @@ LAYERS = [
     ["trajectories", "demonstrations", "demonstration_sources"],
     ["learners"],
     ["evaluation", "logs", "natural_log", "recorder", "progress"],
-    ["algorithm1", "natural_loop"],
+    ["algorithm1", "natural_loop", "natural_methods"],
     ["preflight"],
-    ["population"],
+    ["population", "natural_population"],
     ["transferring", "natural_transfer"],
     ["experts"],
     ["runs"],
     ["exercises"],
     ["lab"],
     ["commands"],
-    ["demo", "cli"],
+    ["demos", "cli"],
 ]
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}
 MODULES = sorted(p for p in PACKAGE.rglob("*.py") if p != PACKAGE / "__init__.py")

@@ -158,7 +158,7 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path):
 def prepared(tmp_path, processes=1, **changes):
     """A run that is ready, and no worker at it."""
     run = Run(tiny_plan(**changes), root=tmp_path)
-    run._prepare(processes)
+    run.prepare(processes)
     return run
 
 

@@ -63,7 +63,7 @@ class Nursery:
 def test_killed_fifty_times_it_ends_as_if_it_had_not_been(tmp_path):
     runs = [Run(tiny_plan(), root=tmp_path / name) for name in ("peace", "war")]
     for run in runs:
-        run._prepare(1)
+        run.prepare(1)
     for shard, run in enumerate(runs[:1]):
         nursery = Nursery(run.folder)
         assert not nursery.train(shard)
@@ -90,7 +90,7 @@ def test_killed_between_any_two_renames_a_checkpoint_is_left(tmp_path, monkeypat
     from revolver_lab.runs.worker import Worker
 
     run = Run(tiny_plan(), root=tmp_path)
-    run._prepare(1)
+    run.prepare(1)
     worker = Worker(run.folder, 0)
     worker.population.run(lambda: worker.population.logs[0].steps >= 400)
     checkpoint.save(worker.population, worker.work)

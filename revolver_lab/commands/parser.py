@@ -26,7 +26,7 @@ def make_parser(description: str | None, version: str) -> Parser:
     parser = Parser(prog="revolver-lab", description=description)
     parser.add_argument("--version", action="version", version=version)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for add in (_looking, _train_expert, _transfer, _judging, _runs):
+    for add in (_looking, _train_expert, _transfer, _many, _judging, _runs):
         add(commands)
     return parser
 
@@ -93,6 +93,25 @@ def _transfer(commands: Commands) -> None:
     many.add_argument("--processes", type=int, help="workers (2)")
     many.add_argument("--root", type=Path, help="where runs are (out/runs)")
     many.add_argument("--every", type=float, default=60.0, help="seconds between checkpoints (60)")
+
+
+def _many(commands: Commands) -> None:
+    """Commands that make many things at once."""
+    sweep = _add(commands, "sweep", "sweeping:sweep",
+                 "train methods times robots times seeds, as a file says")  # fmt: skip
+    sweep.add_argument("file", metavar="FILE.toml", type=Path, help="what to train")
+    sweep.add_argument("--jobs", type=int, help="processes here (2)")
+    sweep.add_argument("--dask", metavar="ADDRESS", help="a Dask scheduler that gives the jobs out")
+    sweep.add_argument("--root", type=Path, help="where runs are (out/runs)")
+    sweep.add_argument("--every", type=float, default=60.0, help="seconds between checkpoints (60)")
+    play = _add(commands, "record", "sweeping:record",
+                "record demonstrations of a policy", "robot", "task", "seed")  # fmt: skip
+    play.add_argument("--policy", default="expert", help=_POLICY)
+    play.add_argument("--alpha", type=float, default=0.0, help="the robot, in [0, 1] (0)")
+    play.add_argument("--episodes", type=int, default=25, help="how many (25)")
+    play.add_argument("--sampled", action="store_true", help="draw actions, not their mean")
+    play.add_argument("--successes", action="store_true", help="keep only episodes that succeed")
+    play.add_argument("-o", "--out", required=True, help="x.npz")
 
 
 def _judging(commands: Commands) -> None:

@@ -119,8 +119,11 @@ def scene_of(run: Run, status: Status) -> Scene | None:
     of = {(one.method, one.seed): one for one in status.learners}
     for shard in range(store.count_shards(run.folder)):
         path = store.shard_folder(run.folder, shard) / store.CURRENT
-        first = store.shard_members(run.folder, run.plan, shard)[0]
-        learner = of.get((first.method.name, first.seed))
+        members = store.shard_members(run.folder, run.plan, shard)
+        begun = [m for m in members if (m.method.name, m.seed) in of] or members
+        # Those by natural policy gradient go one after another: the policy is the last one's.
+        shown = begun[-1] if run.plan.learner is None else begun[0]
+        learner = of.get((shown.method.name, shown.seed))
         if learner is not None and path.exists():
             found.append(Scene(path=path, changed=path.stat().st_mtime_ns, learner=learner))
     return max(found, key=lambda scene: scene.changed, default=None)

@@ -7,12 +7,16 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.learners.natural.actor import Actor
 from revolver_lab.learners.settings import LearnerSettings
 from revolver_lab.methods import Method
+from revolver_lab.natural_methods import NaturalMethod
 from revolver_lab.policies import Policy
 from revolver_lab.preflight import capacity_of, check_memory
+from revolver_lab.trajectories import Success
 
 if TYPE_CHECKING:
+    from revolver_lab.envs.vector import RobotVectorEnv
     from revolver_lab.runs.plan import Plan
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
@@ -29,8 +33,10 @@ def check_kinds(plan: "Plan") -> None:
     """
     _require(isinstance(plan.robot, str), "robot", plan.robot, "a registered name",
              "See rvl.names().")  # fmt: skip
-    _require(_several(plan.methods) and all(isinstance(m, str | Method) for m in plan.methods),
-             "methods", plan.methods, "a list of names and Methods",
+    kinds = str | Method | NaturalMethod
+    _require(_several(plan.methods) and all(isinstance(m, kinds) for m in plan.methods)
+             and len(plan.methods) > 0, "methods", plan.methods,
+             "a list of names and Methods, one or more",
              'Try methods=["direct", "revolver"].')  # fmt: skip
     seeds = plan.seeds
     _require(_several(seeds) and all(_whole(seed, 0) for seed in seeds), "seeds", seeds,
@@ -44,7 +50,23 @@ def check_kinds(plan: "Plan") -> None:
         value = getattr(plan, name)
         _require(value is None or isinstance(value, str), name, value, "None, or text",
                  "Leave it out.")  # fmt: skip
-    _check_learner(plan.learner)
+    if plan.learner is not None:
+        _check_learner(plan.learner)
+
+
+def check_one_kind(methods: Sequence[Method | NaturalMethod], learner: Any) -> None:
+    """Refuses natural methods beside others, or with a learner that is not theirs.
+
+    Args:
+        methods: What is compared.
+        learner: What was asked for, or None.
+    """
+    natural = [each.name for each in methods if isinstance(each, NaturalMethod)]
+    if natural and (len(natural) < len(methods) or learner is not None):
+        raise SettingsError(
+            f"natural methods {natural} beside others, or with a learner",
+            "natural methods alone, with learner=None", "Make a plan for each kind.",
+        )  # fmt: skip
 
 
 def _check_learner(learner: Any) -> None:
@@ -58,7 +80,7 @@ def _check_learner(learner: Any) -> None:
         )  # fmt: skip
 
 
-def check_names(methods: Sequence[Method]) -> None:
+def check_names(methods: Sequence[Method | NaturalMethod]) -> None:
     """Refuses names that cannot be the names of files, or that fall together.
 
     Args:
@@ -107,8 +129,25 @@ def check_machine(plan: "Plan", expert: Policy | None) -> None:
     sizes = env.single_observation_space.shape[0], env.single_action_space.shape[0]  # type: ignore[index]
     if expert is not None:
         expert.fits(*sizes)
+    if plan.learner is None:
+        check_natural(plan, env, expert)
+        return
     capacity = capacity_of(plan.steps, plan.members, plan.learner, env.task.episode_steps)
     check_memory(len(plan.members), capacity, *sizes)
+
+
+def check_natural(plan: "Plan", env: "RobotVectorEnv", expert: Policy | None) -> None:
+    """Refuses an expert that cannot be carried, and a task that does not tell success.
+
+    Args:
+        plan: Of natural methods.
+        env: A simulation of its robot.
+        expert: What they begin with, or None.
+    """
+    for each in plan.methods:
+        Success(least_return=each.least_return).check(env)  # type: ignore[union-attr]
+    if expert is not None and any(each.expert for each in plan.methods):  # type: ignore[union-attr]
+        Actor.of(expert, 0.0)
 
 
 def _several(value: Any) -> bool:

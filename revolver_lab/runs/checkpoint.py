@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from revolver_lab.errors import PolicyFileError
+from revolver_lab.natural_population import NaturalPopulation
 from revolver_lab.population import Population
 from revolver_lab.weights import load_weights, save_weights
 
@@ -15,7 +16,7 @@ _NEXT, _LATEST, _PREVIOUS = (f"checkpoint{word}.safetensors" for word in ("-next
 _LARGEST = 1 << 36  # bytes
 
 
-def save(population: Population, folder: Path) -> None:
+def save(population: Population | NaturalPopulation, folder: Path) -> None:
     """Writes a checkpoint.
 
     The new file is complete before the old one is touched: a process killed at any moment, or a
@@ -35,7 +36,7 @@ def save(population: Population, folder: Path) -> None:
     os.replace(folder / _NEXT, folder / _LATEST)
 
 
-def restore(population: Population, folder: Path) -> bool:
+def restore(population: Population | NaturalPopulation, folder: Path) -> bool:
     """Puts the latest intact checkpoint back into a population.
 
     Args:

@@ -14,7 +14,8 @@ from revolver_lab.experts import course_learner
 from revolver_lab.methods import Method, method
 from revolver_lab.robots import registry
 from revolver_lab.runs.plan import Plan
-from revolver_lab.runs.results import Results, recorded
+from revolver_lab.runs.recordings import recorded
+from revolver_lab.runs.results import Results
 from revolver_lab.runs.run import ROOT, Run
 
 MODE = "REVOLVER_LAB_MODE"

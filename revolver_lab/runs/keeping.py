@@ -9,7 +9,7 @@ from revolver_lab.files import write_atomically, write_json
 from revolver_lab.runs import store
 from revolver_lab.runs.results import LearnerResult, read_results
 
-_TABLES = (store.LEARNERS, store.PHASES, store.EVALUATIONS)
+_TABLES = (store.LEARNERS, store.PHASES, store.EVALUATIONS, store.ITERATIONS)
 
 
 def keep(folder: str | Path, out: str | Path) -> Path:
@@ -38,7 +38,8 @@ def keep(folder: str | Path, out: str | Path) -> Path:
     shutil.rmtree(target / store.POLICIES, ignore_errors=True)
     for one in kept:
         _keep_actor(one, target)
-    for name in (*_TABLES, store.CONFIG):
+    tables = [name for name in _TABLES if (folder / name).exists()]
+    for name in (*tables, store.CONFIG):
         write_atomically(target / name, (folder / name).read_bytes())
     config = (Path(plan.name) if target.is_absolute() else target) / store.CONFIG
     command = plan.command.replace(store.CONFIG, shlex.quote(str(config)))

@@ -11,10 +11,11 @@ from revolver_lab.errors import RevolverError, SettingsError
 from revolver_lab.experts import course_learner, load_expert
 from revolver_lab.learners.settings import LearnerSettings
 from revolver_lab.methods import METHODS, Member, Method, fitted, members, method
+from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod
 from revolver_lab.policies import Policy
 from revolver_lab.preflight import check_steps
 from revolver_lab.robots import registry
-from revolver_lab.runs.checking import check_kinds, check_names, check_plain
+from revolver_lab.runs.checking import check_kinds, check_names, check_one_kind, check_plain
 from revolver_lab.weights import digest
 
 FORMAT = 1
@@ -31,14 +32,15 @@ class Plan:
     Attributes:
         robot: Registered name.
         methods: What is compared; names are looked up in `revolver_lab.methods`, and fitted to
-            the length of the task's episodes.
+            the length of the task's episodes, or in `revolver_lab.natural_methods`. All are of
+            one kind.
         seeds: Seeds of every method.
-        steps: Environment steps of each learner [steps].
+        steps: Environment steps of each learner [steps]; natural methods may end before.
         learner: Networks and rates, shared by all; None is what the course uses on this robot,
-            which is put in here.
+            which is put in here. Natural methods bring their own, and leave it None.
         task: The reward, by its name; None is the robot's first.
         evaluate_every: Environment steps between evaluations on the target [steps]; 0 is only
-            at the end.
+            at the end, as it is always for natural methods.
         evaluate_episodes: Episodes of an evaluation.
         expert: Hash of the weights that methods with an expert begin with; by default those of
             the shipped expert, which is put in here.
@@ -55,7 +57,7 @@ class Plan:
     """
 
     robot: str
-    methods: Sequence[Method | str]
+    methods: Sequence[Method | NaturalMethod | str]
     seeds: Sequence[int]
     steps: int = 72_000
     learner: LearnerSettings = None  # type: ignore[assignment]
@@ -66,23 +68,24 @@ class Plan:
 
     def __post_init__(self) -> None:
         """Looks names up, and refuses what cannot work before anything is trained."""
-        if self.learner is None:
-            object.__setattr__(self, "learner", course_learner(self.robot))
         check_kinds(self)
         task = registry.get(self.robot).make_task(self.task)
-        chosen = tuple(fitted(method(m), task.episode_steps) if isinstance(m, str) else m
-                       for m in self.methods)  # fmt: skip
+        chosen = tuple(_named(m, task.episode_steps) for m in self.methods)
+        check_one_kind(chosen, self.learner)
+        if self.learner is None and not _natural(chosen):
+            object.__setattr__(self, "learner", course_learner(self.robot))
+        if _natural(chosen):
+            object.__setattr__(self, "evaluate_every", 0)
         object.__setattr__(self, "methods", chosen)
         object.__setattr__(self, "seeds", tuple(int(seed) for seed in self.seeds))
         object.__setattr__(self, "task", self.task or next(iter(registry.get(self.robot).tasks)))
         check_names(chosen)
         members(chosen, self.seeds)
-        for chosen_method in chosen:
-            schedule = chosen_method.schedule
+        for schedule in (m.schedule for m in chosen if isinstance(m, Method)):
             schedule.check(self.learner.simulations, task.episode_steps)
             check_steps(self.steps, schedule, self.learner.simulations, task.episode_steps)
         check_plain(self.to_json())
-        if self.expert is None and any(m.expert for m in chosen):
+        if self.expert is None and any(m.needs_expert for m in chosen):
             object.__setattr__(self, "expert", digest(load_expert(self.robot).weights))
 
     @property
@@ -111,7 +114,7 @@ class Plan:
 
     def _is_of_the_table(self, names: Sequence[str]) -> bool:
         """Says whether names, seeds and steps say all there is to say."""
-        if not METHODS.keys() >= {*names}:
+        if not {*METHODS, *NATURAL_METHODS} >= {*names}:
             return False
         try:
             usual = Plan(robot=self.robot, methods=names, seeds=self.seeds, steps=self.steps)
@@ -123,9 +126,8 @@ class Plan:
         """Returns the plan as plain JSON values."""
         plain = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         return plain | {
-            "format": FORMAT, "methods": [method(m).to_json() if isinstance(m, str) else m.to_json()
-                                          for m in self.methods],
-            "seeds": list(self.seeds), "learner": self.learner.to_json(),
+            "format": FORMAT, "methods": [m.to_json() for m in self.methods],  # type: ignore[union-attr]
+            "seeds": list(self.seeds), "learner": self.learner.to_json() if self.learner else None,
         }  # fmt: skip
 
     @classmethod
@@ -147,8 +149,11 @@ class Plan:
                                 "revolver_lab: train it again with this one.")  # fmt: skip
         given = {name: item for name, item in value.items() if name != "format"}
         try:
-            given |= {"methods": [Method.from_json(m) for m in value["methods"]],
-                      "learner": LearnerSettings.from_json(value["learner"])}  # fmt: skip
+            natural = value["learner"] is None
+            kind = NaturalMethod if natural else Method
+            learner = None if natural else LearnerSettings.from_json(value["learner"])
+            given |= {"methods": [kind.from_json(m) for m in value["methods"]],
+                      "learner": learner}  # fmt: skip
         except (TypeError, KeyError, AttributeError, ValueError) as problem:
             raise SettingsError(
                 f"{path}, whose methods or learner cannot be read ({problem})",
@@ -168,3 +173,17 @@ class Plan:
                 "The expert has changed since: make a new plan.",
             )  # fmt: skip
         return expert
+
+
+def _named(given: Method | NaturalMethod | str, episode_steps: int) -> Method | NaturalMethod:
+    """Returns a method of either table by name; a method stays as it is."""
+    if isinstance(given, str):
+        if given in NATURAL_METHODS:
+            return NATURAL_METHODS[given]
+        return fitted(method(given), episode_steps)
+    return given
+
+
+def _natural(methods: Sequence[Method | NaturalMethod]) -> bool:
+    """Whether they are natural methods; a plan's are all of one kind."""
+    return isinstance(methods[0], NaturalMethod)

@@ -9,13 +9,9 @@ from typing import Any
 import numpy as np
 
 from revolver_lab.errors import PolicyFileError, SettingsError
-from revolver_lab.experts import load_expert
-from revolver_lab.files import asset_folder
-from revolver_lab.methods import method as method_named
 from revolver_lab.policies import Policy
 from revolver_lab.runs import store
 from revolver_lab.stats import Cost
-from revolver_lab.weights import digest
 
 _RESTORE = "Restore it, or delete the folder and train again."
 
@@ -34,6 +30,11 @@ class LearnerResult:
         cost: What it cost, its expert not counted; the time is its share of its worker's.
         failure: Why it was stopped before its end, or "".
         folder: The run that it belongs to.
+        successes: Which episodes of the last evaluation succeeded, (episodes,); None where the
+            method does not tell.
+        iterations: One dictionary an iteration, see `revolver_lab.natural_log.Iteration`; empty
+            for methods without.
+        finished: Whether the gate's last demand was met; None for methods without a gate.
     """
 
     method: str
@@ -45,6 +46,9 @@ class LearnerResult:
     cost: Cost
     failure: str
     folder: Path
+    successes: np.ndarray | None = None
+    iterations: tuple[dict[str, float], ...] = ()
+    finished: bool | None = None
 
     def policy(self) -> Policy:
         """Loads its policy.
@@ -154,8 +158,11 @@ def read_results(folder: Path) -> Results:
     names = (store.LEARNERS, store.PHASES, store.EVALUATIONS)
     try:
         rows, phases, evaluations = (_rows(folder / name, card) for name in names)
+        natural = (folder / store.ITERATIONS).exists()
+        iterations = _rows(folder / store.ITERATIONS, card) if natural else []
         share = int(card["processes"]) / max(len(rows), 1)  # of the time of a worker, a learner
-        learners = [_learner(row, phases, evaluations, folder, share) for row in rows]
+        tables = phases, evaluations, iterations
+        learners = [_learner(row, tables, folder, share) for row in rows]
         return Results(robot=plan.robot, learners=tuple(learners),
                        expert_steps=int(card["expert_steps"]), commands=(card["command"],),
                        expert_return=card.get("expert_return"))  # fmt: skip
@@ -167,24 +174,30 @@ def read_results(folder: Path) -> Results:
 
 
 def _learner(
-    row: dict[str, str], phases: list[dict[str, str]], evaluations: list[dict[str, str]],
-    folder: Path, share: float,
+    row: dict[str, str], tables: tuple[list[dict[str, str]], ...], folder: Path, share: float
 ) -> LearnerResult:  # fmt: skip
     """Puts one learner together from the tables."""
 
     def mine(rows: list[dict[str, str]]) -> list[dict[str, str]]:
         return [r for r in rows if (r["method"], r["seed"]) == (row["method"], row["seed"])]
 
-    played = [np.array(r["returns"].split(), dtype=float) for r in mine(evaluations)]
-    numbers = [{k: float(v or "nan") for k, v in r.items() if k not in ("method", "seed")}
-               for r in mine(phases)]  # fmt: skip
+    def numbers(rows: list[dict[str, str]]) -> tuple[dict[str, float], ...]:
+        return tuple({k: float(v or "nan") for k, v in r.items() if k not in ("method", "seed")}
+                     for r in mine(rows))  # fmt: skip
+
+    phases, evaluations, iterations = tables
+    tried = mine(evaluations)
+    played = [np.array(r["returns"].split(), dtype=float) for r in tried]
+    won = tried[-1].get("successes")
     return LearnerResult(
         method=row["method"], seed=int(row["seed"]), returns=played[-1],
-        steps=np.array([int(r["steps"]) for r in mine(evaluations)]),
-        curve=np.array([returns.mean() for returns in played]), phases=tuple(numbers),
+        steps=np.array([int(r["steps"]) for r in tried]),
+        curve=np.array([returns.mean() for returns in played]), phases=numbers(phases),
         cost=Cost(steps=int(row["steps"]), seconds=share * float(row["wall_time"]),
                   evaluation_steps=int(row["evaluation_steps"])),
-        failure=row["failure"], folder=folder,
+        failure=row["failure"], folder=folder, iterations=numbers(iterations),
+        successes=np.array([*won]) == "1" if won else None,
+        finished=row["finished"] == "True" if "finished" in row else None,
     )  # fmt: skip
 
 
@@ -201,50 +214,3 @@ def _rows(path: Path, card: dict[str, Any]) -> list[dict[str, str]]:
         raise SettingsError(f"{path}, which is torn or was altered", "the table that was written",
                             _RESTORE)  # fmt: skip
     return rows
-
-
-def recorded(robot: str, methods: Sequence[str] | None = None, *, folder: Path | None = None,
-             settings: dict[str, Any] | None = None) -> Results:  # fmt: skip
-    """Returns the recorded learners of a robot, of all its recorded runs together.
-
-    Args:
-        robot: Registered name.
-        methods: Which methods, in the order wanted; None takes all.
-        folder: Where recorded runs are; None is those that are shipped.
-        settings: What else the plans have to agree on, field by field; by default the course's
-            steps, learner and task, and the shipped expert where a method begins with one.
-
-    Raises:
-        SettingsError: If nothing is recorded, or a method is not.
-
-    Example:
-        >>> recorded("cheetah-front-leg", ["direct", "revolver"]).methods
-        ('direct', 'revolver')
-    """
-    from revolver_lab.runs.plan import Plan
-
-    home = folder or asset_folder("results")
-    usual = Plan(robot=robot, methods=["scratch"], seeds=[0])
-    wanted = {k: getattr(usual, k) for k in ("steps", "learner", "task")} | (settings or {})
-    expert = wanted.pop("expert", None) or digest(load_expert(robot).weights)
-    found: list[Results] = []
-    for path in sorted(home.glob(f"{robot}-*/{store.CARD}")):
-        plan = store.read_plan(path.parent)
-        fits = plan.robot == robot and plan.expert in (None, expert)
-        if fits and all(getattr(plan, k) == v for k, v in wanted.items()):
-            found.append(read_results(path.parent))
-    if not found:
-        raise SettingsError(f"no recorded run of {robot!r} in {home}", "a run that was recorded",
-                            "Train one: revolver-lab transfer.")  # fmt: skip
-    merged = _merge(found)
-    return merged.select([method_named(m).name for m in methods]) if methods else merged
-
-
-def _merge(found: list[Results]) -> Results:
-    """Puts runs together; a learner that is in several is taken once."""
-    learners = {(one.method, one.seed): one for results in found for one in results.learners}
-    known = [r.expert_return for r in found if r.expert_return is not None]
-    return Results(robot=found[0].robot, learners=tuple(learners.values()),
-                   expert_steps=max(results.expert_steps for results in found),
-                   expert_return=next(iter(known), None),
-                   commands=tuple(c for results in found for c in results.commands))  # fmt: skip

@@ -106,7 +106,7 @@ class Run:
             state = self.stop().status().state  # somebody asked for that first
         if state == "finished" or (state == "running" and self._workers):
             return self
-        self._prepare(min(processes, len(self.plan.members)))
+        self.prepare(min(processes, len(self.plan.members)))
         (self.folder / store.STOP).unlink(missing_ok=True)
         for shard in range(store.count_shards(self.folder)):
             work = store.shard_folder(self.folder, shard)
@@ -115,7 +115,7 @@ class Run:
                 self._workers.append(self._spawn(shard, every))
         return self
 
-    def _prepare(self, processes: int) -> None:
+    def prepare(self, processes: int) -> None:
         """Makes the folder; what is there stays."""
         expert, begun = None, store.count_shards(self.folder) > 0
         if self.plan.expert is not None and not (self.folder / store.EXPERT).exists():

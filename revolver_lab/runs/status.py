@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from revolver_lab.methods import Member
+from revolver_lab.natural_loop import NaturalTransfer
+from revolver_lab.natural_population import NaturalPopulation
 from revolver_lab.population import Population
 
 
@@ -72,8 +75,11 @@ class Status:
         return min(self.steps / max(self.steps_planned, 1), 1.0)
 
 
-def describe(population: Population) -> list[dict[str, Any]]:
-    """Returns the status of every learner as plain values."""
+def describe(population: Population | NaturalPopulation) -> list[dict[str, Any]]:
+    """Returns the status of every learner that has begun as plain values."""
+    if isinstance(population, NaturalPopulation):
+        some = map(_natural, population.members, population.loops)
+        return [dataclasses.asdict(status) for status in some]
     return [dataclasses.asdict(_learner(population, p)) for p in range(len(population.members))]
 
 
@@ -87,6 +93,19 @@ def _learner(population: Population, p: int) -> LearnerStatus:
         episode_return=recent if recent == recent else None,
         evaluations=tuple((record.steps, record.mean) for record in log.evaluations),
         over=bool(loop.over[p]), failure=log.failure,
+    )  # fmt: skip
+
+
+def _natural(member: Member, loop: NaturalTransfer) -> LearnerStatus:
+    """Looks at one learner by natural policy gradient; its iterations are the phases."""
+    done = loop.iterations
+    target = [trial for trial in loop.trials if trial.alpha == 1.0]
+    return LearnerStatus(
+        method=member.method.name, seed=member.seed, alpha=loop.position.alpha, phase=len(done),
+        phases=len(done), steps=loop.steps,
+        episode_return=done[-1].episode_return if done else None,
+        evaluations=tuple((trial.steps, trial.mean) for trial in target), over=loop.over,
+        failure=loop.failure,
     )  # fmt: skip
 
 

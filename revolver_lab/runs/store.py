@@ -15,6 +15,7 @@ from revolver_lab.runs.plan import Plan
 
 CONFIG, CARD, EXPERT = "config.json", "card.json", "expert.safetensors"
 LEARNERS, PHASES, EVALUATIONS = "learners.csv", "phases.csv", "evaluations.csv"
+ITERATIONS = "iterations.csv"
 POLICIES, WORK, SHARDS, STOP = "policies", "work", "work/shards.json", "work/stop"
 PROGRESS, LOG, DONE, FAILED, LOCK = "progress.json", "log.txt", "done.json", "failed.json", "lock"
 CURRENT = "current.safetensors"
@@ -82,7 +83,8 @@ def write_shard(work: Path, results: Sequence[TransferLog], command: str) -> Non
         log.policy.with_card(card).save(work / POLICIES / f"{name}.safetensors")
         kept = ("phases", "evaluations", "steps", "evaluation_steps", "wall_time", "failure",
                 "reached_target", "seed")  # fmt: skip
-        rows.append({"method": plain["settings"]["method"]["name"]} | {k: plain[k] for k in kept})
+        natural = {k: plain[k] for k in ("iterations", "finished") if k in plain}
+        rows.append({"method": name.rpartition("-")[0]} | {k: plain[k] for k in kept} | natural)
     first = results[0].settings
     made = {name: first[name] for name in ("versions", "commit")}
     write_json(work / DONE, {"learners": rows, **made})
@@ -91,21 +93,39 @@ def write_shard(work: Path, results: Sequence[TransferLog], command: str) -> Non
 def flatten(rows: Sequence[dict[str, Any]]) -> dict[str, list[dict[str, Any]]]:
     """Returns the tables of a run from its learners' rows, one list of rows a file.
 
+    Natural methods have a table of iterations besides, and say which episodes succeeded.
+
     Args:
         rows: As `write_shard` wrote them.
     """
-    tables: dict[str, list[dict[str, Any]]] = {LEARNERS: [], PHASES: [], EVALUATIONS: []}
+    natural = any("iterations" in row for row in rows)
+    names = (LEARNERS, PHASES, EVALUATIONS, *([ITERATIONS] if natural else []))
+    tables: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
     for row in rows:
         who = {"method": row["method"], "seed": row["seed"]}
         tables[PHASES] += [who | _compact(phase) for phase in row["phases"]]
-        tables[EVALUATIONS] += [
-            who | {"steps": e["steps"], "alpha": e["alpha"],
-                   "returns": " ".join(f"{r:.9g}" for r in e["returns"])}
-            for e in row["evaluations"]
-        ]  # fmt: skip
+        tables[EVALUATIONS] += [who | _evaluation(e) for e in row["evaluations"]]
         plain = ("steps", "evaluation_steps", "wall_time", "reached_target", "failure")
         tables[LEARNERS].append(who | {name: row[name] for name in plain})
+        if natural:
+            tables[LEARNERS][-1]["finished"] = row["finished"]
+            tables[ITERATIONS] += [who | _rounded(made) for made in row["iterations"]]
     return tables
+
+
+def _evaluation(played: dict[str, Any]) -> dict[str, Any]:
+    """Returns a row of the evaluations; successes as a word of zeros and ones."""
+    row = {"steps": played["steps"], "alpha": played["alpha"],
+           "returns": " ".join(f"{r:.9g}" for r in played["returns"])}  # fmt: skip
+    if "successes" in played:
+        row["successes"] = "".join(str(int(won)) for won in played["successes"])
+    return row
+
+
+def _rounded(made: dict[str, Any]) -> dict[str, Any]:
+    """Rounds an iteration to what a table is read for; alpha stays as it was."""
+    return {k: float(f"{v:.4g}") if isinstance(v, float) and k != "alpha" else v
+            for k, v in made.items()}  # fmt: skip
 
 
 def _compact(phase: dict[str, Any]) -> dict[str, Any]:

@@ -7,11 +7,13 @@ import signal
 import sys
 import time
 import traceback
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from revolver_lab.errors import RevolverError
 from revolver_lab.files import write_json
 from revolver_lab.methods import Member
+from revolver_lab.natural_population import NaturalPopulation
 from revolver_lab.policies import Policy
 from revolver_lab.population import Population
 from revolver_lab.runs import checkpoint, status, store
@@ -78,7 +80,7 @@ class Worker:
         try:
             checkpoint.save(self.population, self.work)
             self.message = ""
-            self.population.learner.policy(0).save(self.work / store.CURRENT)
+            self.population.policy().save(self.work / store.CURRENT)
         except OSError as problem:
             self.message = f"No checkpoint could be written: {problem.strerror}. Make room."
 
@@ -89,16 +91,23 @@ class Worker:
         with contextlib.suppress(OSError):
             write_json(self.work / store.PROGRESS, {
                 "state": state, "pid": os.getpid(), "message": self.message,
-                "seconds": self.population.logs[0].seconds,
+                "seconds": self.population.seconds,
                 "learners": status.describe(self.population),
             })  # fmt: skip
 
 
-def _population(plan: Plan, folder: Path, members: tuple[Member, ...]) -> Population:
+def _population(
+    plan: Plan, folder: Path, members: tuple[Member, ...]
+) -> Population | NaturalPopulation:
     """Makes the learners of a shard."""
     expert = None
-    if any(member.method.expert for member in members):
+    if any(member.method.needs_expert for member in members):
         expert = plan.check_expert(Policy.load(folder / store.EXPERT))
+    if plan.learner is None:
+        return NaturalPopulation(
+            plan.robot, members, expert=expert, steps=plan.steps, task=plan.task,
+            evaluate_episodes=plan.evaluate_episodes,
+        )  # fmt: skip
     return Population(
         plan.robot, members, settings=plan.learner, expert=expert, steps=plan.steps,
         task=plan.task, evaluate_every=plan.evaluate_every,
@@ -117,9 +126,8 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         with claimed(work, patience=1.0):  # who asks whether it is claimed claims it shortly
             worker = Worker(options.folder, options.shard, options.every)
-            for number in _SIGNALS:
-                signal.signal(number, lambda *_: setattr(worker, "asked_to_stop", True))
-            worker.run()
+            with _heeding(lambda *_: setattr(worker, "asked_to_stop", True)):
+                worker.run()
     except ShardTakenError as problem:  # started twice at once: no failure of the run
         print(f"revolver-lab: {problem}", file=sys.stderr)
         return 0
@@ -129,6 +137,19 @@ def main(arguments: list[str] | None = None) -> int:
         traceback.print_exc()
         return _fail(work, f"{type(problem).__name__}: {problem}")
     return 0
+
+
+@contextlib.contextmanager
+def _heeding(handler: Callable[..., None]) -> Iterator[None]:
+    """Hears of signals for a while; a cluster's threads cannot, and are only ever killed."""
+    before = {}
+    with contextlib.suppress(ValueError):
+        before = {number: signal.signal(number, handler) for number in _SIGNALS}
+    try:
+        yield
+    finally:
+        for number, was in before.items():
+            signal.signal(number, was)
 
 
 def _fail(work: Path, message: str) -> int:

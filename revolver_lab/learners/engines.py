@@ -1,0 +1,43 @@
+"""The engine that trains: stacked for many learners at once, or stable-baselines3 for one."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from revolver_lab.errors import MissingExtraError, SettingsError
+from revolver_lab.learners.settings import LearnerSettings
+from revolver_lab.methods import Member
+
+
+def make_engine(
+    settings: LearnerSettings, observation_size: int, action_size: int,
+    members: Sequence[Member], capacity: int,
+) -> Any:  # fmt: skip
+    """Makes the learners with the engine that the settings ask for.
+
+    Args:
+        settings: The learning algorithm.
+        observation_size: O.
+        action_size: A.
+        members: The learners.
+        capacity: Transitions that each replay holds.
+
+    Raises:
+        MissingExtraError: If torch is not installed.
+        SettingsError: If several are asked of an engine that takes one.
+    """
+    sizes = observation_size, action_size
+    try:
+        if settings.stacks:
+            from revolver_lab.learners.stacked.learner import StackedLearner
+
+            return StackedLearner(settings, *sizes, members, capacity)
+        from revolver_lab.learners.sb3 import Sb3Learner
+    except ImportError as error:
+        raise MissingExtraError(
+            f"training without {error.name}", "torch and stable-baselines3",
+            "Install them: pip install 'revolver-lab[train]'.",
+        ) from error  # fmt: skip
+    if len(members) > 1:
+        raise SettingsError(f"{len(members)} learners with {settings.name} of stable-baselines3",
+                            "one learner", "Take SAC or TD3 of the stacked engine.")  # fmt: skip
+    return Sb3Learner(settings, *sizes, members[0])

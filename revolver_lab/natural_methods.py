@@ -1,0 +1,132 @@
+"""What is compared on the hand, each a configuration of the one loop in `natural_loop`."""
+
+import dataclasses
+import difflib
+import numbers
+from collections.abc import Mapping
+from typing import Any
+
+from revolver_lab.errors import SettingsError, UnknownNameError
+from revolver_lab.gates import EvaluatedGate, Gate, SampledGate, SteppedGate, gate_from_json
+from revolver_lab.learners.natural.algorithms import ALGORITHMS, IMITATORS
+from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
+
+_XI = SampledGate.xi
+_EPISODES = 25  # of the teacher, as many as people recorded for DAPG
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class NaturalMethod:
+    """A way of getting a policy for the target robot by natural policy gradient.
+
+    Attributes:
+        name: Its name.
+        algorithm: "NPG", "DAPG" or "SOIL".
+        gate: When alpha goes on; `alpha_start=1` stays on the target.
+        settings: What the learner is made of.
+        expert: Whether the expert is carried over; otherwise learning starts from scratch.
+        demonstrations: Episodes that the expert plays on the source robot, by mean actions, for
+            DAPG and SOIL to imitate; 0 for NPG.
+        least_return: Where the task tells no success, the unshaped return from which on a
+            trajectory counts as one.
+    """
+
+    name: str
+    algorithm: str = "NPG"
+    gate: Gate = SampledGate()  # noqa: RUF009 - frozen
+    settings: NaturalSettings = PILOT
+    expert: bool = True
+    demonstrations: int = 0
+    least_return: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuses what no method can be."""
+        if self.algorithm not in ALGORITHMS:
+            raise UnknownNameError(f"algorithm {self.algorithm!r}", ", ".join(ALGORITHMS),
+                                   "Take NPG.")  # fmt: skip
+        number = isinstance(self.demonstrations, numbers.Integral) and self.demonstrations >= 0
+        if not number or (self.demonstrations > 0) != (self.algorithm in IMITATORS):
+            raise SettingsError(
+                f"{self.algorithm} with demonstrations = {self.demonstrations!r}",
+                f"1 episode or more for {sorted(IMITATORS)}, 0 for NPG", f"Try {_EPISODES}.",
+            )  # fmt: skip
+
+    @property
+    def needs_expert(self) -> bool:
+        """Whether there has to be an expert, to begin with or to imitate."""
+        return self.expert or self.demonstrations > 0
+
+    def to_json(self) -> dict[str, Any]:
+        """Returns the method as plain JSON values."""
+        plain = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return plain | {"gate": self.gate.to_json(), "settings": self.settings.to_json()}
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> "NaturalMethod":
+        """Reads a method back.
+
+        Example:
+            >>> row = NATURAL_METHODS["dapg"]
+            >>> NaturalMethod.from_json(row.to_json()) == row
+            True
+        """
+        made = {"gate": gate_from_json(value["gate"]),
+                "settings": NaturalSettings.from_json(value["settings"])}  # fmt: skip
+        return cls(**{**value, **made})
+
+
+def _gated(name: str, **changes: object) -> NaturalMethod:
+    """Returns the usual method with another gate of the same kind."""
+    gate = dataclasses.replace(SampledGate(), **changes)  # type: ignore[arg-type]
+    return NaturalMethod(name=name, gate=gate)
+
+
+def _learnt(name: str, **changes: object) -> NaturalMethod:
+    """Returns the usual method with other settings."""
+    settings = dataclasses.replace(PILOT, **changes)  # type: ignore[arg-type]
+    return NaturalMethod(name=name, settings=settings)
+
+
+_AT_TARGET = SampledGate(alpha_start=1.0)
+
+_ROWS = (
+    NaturalMethod(name="npg-revolver"),
+    NaturalMethod(name="npg-direct", gate=_AT_TARGET),
+    NaturalMethod(name="npg-scratch", gate=_AT_TARGET, expert=False),
+    # Both begin with the expert, as direct transfer does, and imitate it as well.
+    NaturalMethod(name="dapg", algorithm="DAPG", gate=_AT_TARGET, demonstrations=_EPISODES),
+    NaturalMethod(name="soil", algorithm="SOIL", gate=_AT_TARGET, demonstrations=_EPISODES),
+    # Is gradual needed? Equal jumps, each made when the usual gate would take its largest step.
+    *(NaturalMethod(name=f"jumps-{n}", gate=SteppedGate(alpha_step=1 / n))
+      for n in (1, 2, 4, 8, 16, 64)),
+    # Randomisation and shaping.
+    _gated("xi-0", xi=0.0),
+    _gated("xi-0.2", xi=0.2),
+    _gated("h-1", shaping=1.0),
+    _gated("h-1-over-xi", shaping=round(1 / _XI, 6)),
+    # The step, the gate, the value net.
+    _learnt("step-1e-4", step_size=1e-4),
+    _learnt("step-0.02", step_size=0.02),
+    NaturalMethod(name="gate-evaluated", gate=EvaluatedGate()),
+    _learnt("value-without-beta", value_beta=False),
+)  # fmt: skip
+
+NATURAL_METHODS: Mapping[str, NaturalMethod] = {row.name: row for row in _ROWS}
+"""Every natural method by name; xi, h and the step that a name does not tell are the pilot's."""
+
+
+def natural_method(name: str) -> NaturalMethod:
+    """Returns a method by name.
+
+    Raises:
+        UnknownNameError: If there is none of that name; near ones are listed first.
+
+    Example:
+        >>> natural_method("npg-direct").gate.alpha_start
+        1.0
+    """
+    if name not in NATURAL_METHODS:
+        near = difflib.get_close_matches(str(name), NATURAL_METHODS, n=3, cutoff=0.4)
+        remedy = f"Did you mean {' or '.join(map(repr, near))}?" if near else "Choose one of these."
+        raise UnknownNameError(f"method {name!r}", ", ".join(NATURAL_METHODS), remedy)
+    return NATURAL_METHODS[name]

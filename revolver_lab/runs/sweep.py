@@ -1,0 +1,129 @@
+"""Many runs at once: every learner a job of its own, on this machine's cores or on a cluster."""
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from revolver_lab.errors import MissingExtraError, SettingsError
+from revolver_lab.runs import store, worker
+from revolver_lab.runs.claim import is_claimed
+from revolver_lab.runs.plan import Plan
+from revolver_lab.runs.run import PROCESSES, ROOT, Run
+
+_TRIES = 5  # of a machine on which no learner gets anywhere
+
+Job = tuple[Path, int]
+"""A run's folder and one of its shards."""
+
+
+def sweep(
+    plans: Sequence[Plan], *, root: str | Path = ROOT, jobs: int = PROCESSES,
+    cluster: str | None = None, every: float = 60.0, told: Callable[[int, int], None] | None = None,
+) -> tuple[Run, ...]:  # fmt: skip
+    """Trains everything that is not yet trained, and returns the runs.
+
+    A job that is killed loses what it did since its last checkpoint and is given out again; one
+    that another sweep is at is waited for. So a sweep can be killed, repeated, and started twice.
+
+    Args:
+        plans: What to train.
+        root: Folder of the runs; on a cluster, one that all machines share.
+        jobs: Processes on this machine; a learner by natural policy gradient takes one.
+        cluster: Address of a Dask scheduler, whose workers take the jobs; None stays here.
+        every: Seconds between checkpoints [s].
+        told: Called with the jobs that are done and all of them, now and then.
+
+    Raises:
+        SettingsError: If a learner failed, or jobs are killed again and again.
+        MissingExtraError: If there is a cluster to talk to, and no Dask.
+    """
+    if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1 or not every > 0:
+        raise SettingsError(f"jobs = {jobs!r}, every = {every!r}", "1 job or more, and a positive "
+                            "time", "Leave them out.")  # fmt: skip
+    runs = [Run(plan, root=root) for plan in plans]
+    waiting = [job for run in runs for job in _jobs(run, jobs)]
+    total, tries = len(waiting), 0
+    while waiting := [job for job in waiting if not _is_done(job)]:
+        if told is not None:
+            told(total - len(waiting), total)
+        failed = _hand_out(waiting, jobs, cluster, every)
+        if failed:
+            raise SettingsError(f"jobs that failed: {'; '.join(failed)}", "jobs that end",
+                                "Mend what they say; the same sweep goes on.")  # fmt: skip
+        moving = any(_is_done(job) or is_claimed(_work(job)) for job in waiting)
+        tries = 0 if moving else tries + 1
+        if tries >= _TRIES:
+            raise SettingsError(
+                f"{len(waiting)} jobs that are killed again and again", "jobs that end",
+                "Is there enough memory? Ask for fewer jobs.",
+            )  # fmt: skip
+    for run in runs:
+        run.status()  # which collects what its jobs have left
+    return tuple(runs)
+
+
+def _jobs(run: Run, jobs: int) -> list[Job]:
+    """Makes a run's folder, and returns its jobs."""
+    if run.status().state == "finished":
+        return []
+    members = len(run.plan.members)
+    run.prepare(members if run.plan.learner is None else min(jobs, members))
+    (run.folder / store.STOP).unlink(missing_ok=True)
+    return [(run.folder, shard) for shard in range(store.count_shards(run.folder))]
+
+
+def _work(job: Job) -> Path:
+    """Returns the folder of a job."""
+    return store.shard_folder(*job)
+
+
+def _is_done(job: Job) -> bool:
+    """Whether a job's learners have come to their end."""
+    return (_work(job) / store.DONE).exists() or (job[0] / store.CARD).exists()
+
+
+def _hand_out(waiting: Sequence[Job], jobs: int, cluster: str | None, every: float) -> list[str]:
+    """Lets every job be done once, as far as nobody kills it; returns what went wrong."""
+    from joblib import Parallel, delayed
+    from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+    for job in waiting:
+        if not is_claimed(_work(job)):
+            (_work(job) / store.FAILED).unlink(missing_ok=True)
+    try:
+        with _where(jobs, cluster):
+            Parallel()(delayed(_train)(*job, every) for job in waiting)
+    except TerminatedWorkerError:
+        pass  # whoever was killed left a checkpoint: the rest is given out again
+    elsewhere = [job for job in waiting if not _is_done(job) and is_claimed(_work(job))]
+    if elsewhere:
+        time.sleep(min(every, 1.0))
+    return [f"{_work(job)}: {store.read_json(_work(job) / store.FAILED)['message']}"
+            for job in waiting if (_work(job) / store.FAILED).exists()]  # fmt: skip
+
+
+def _where(jobs: int, cluster: str | None) -> AbstractContextManager:
+    """Returns the context in which joblib gives jobs out: here, or to a cluster."""
+    from joblib import parallel_config
+
+    if cluster is None:
+        return parallel_config(backend="loky", n_jobs=jobs, inner_max_num_threads=1)
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise MissingExtraError("a cluster, and no distributed", "the cluster extra",
+                                "pip install 'revolver-lab[cluster]'") from error  # fmt: skip
+    try:
+        Client(cluster, timeout=20)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise SettingsError(
+            f"cluster {cluster!r}, which does not answer ({error})",
+            "the address of a Dask scheduler", "Start one: dask scheduler.",
+        ) from error  # fmt: skip
+    return parallel_config(backend="dask", n_jobs=-1)
+
+
+def _train(folder: Path, shard: int, every: float) -> int:
+    """Does a job, in whatever process it is."""
+    return worker.main([str(folder), str(shard), "--every", str(every)])
