@@ -30,14 +30,14 @@ def gae(
         ...     gamma=0.5, decay=1.0).ravel()
         array([1.5, 1. ])
     """
-    advantages, running = np.zeros(rewards.shape), np.zeros(rewards.shape[1])
     ended = terminated if bootstrap else np.ones_like(terminated)
-    for t in reversed(range(len(rewards))):
-        last, inside = lengths == t + 1, t < lengths
-        following = np.where(last & ended, 0.0, values[t + 1])
-        delta = rewards[t] + gamma * following - values[t]
-        running = np.where(inside, delta + gamma * decay * np.where(last, 0.0, running), 0.0)
-        advantages[t] = running
+    t = np.arange(len(rewards))[:, None]
+    following = np.where((lengths == t + 1) & ended, 0.0, values[1:])
+    delta = rewards + gamma * following - values[:-1]
+    advantages, running = np.where(t < lengths, delta, 0.0), np.zeros(rewards.shape[1])
+    for now in advantages[::-1]:  # beyond the lengths all is 0, and so `running` starts there
+        now += gamma * decay * running
+        running = now
     return advantages
 
 

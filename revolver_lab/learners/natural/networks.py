@@ -61,7 +61,7 @@ def block_rows(sizes: Sequence[int]) -> int:
 
 
 def blocked(x: np.ndarray, rows: int) -> np.ndarray:
-    """Returns rows (N, ...) as blocks (B, rows, ...), zeros after the last.
+    """Returns rows (N, ...) as blocks (B, rows, ...), zeros after the last; not to be written.
 
     Example:
         >>> blocked(np.arange(3.0), 2)
@@ -69,6 +69,8 @@ def blocked(x: np.ndarray, rows: int) -> np.ndarray:
                [2., 0.]])
     """
     blocks = -(-len(x) // rows)
+    if len(x) == blocks * rows:
+        return x.reshape(blocks, rows, *x.shape[1:])
     out = np.zeros((blocks * rows, *x.shape[1:]), x.dtype)
     out[: len(x)] = x
     return out.reshape(blocks, rows, *x.shape[1:])
