@@ -2,6 +2,7 @@
 
 import dataclasses
 import time
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -121,8 +122,11 @@ class NPG:
         sampled = time.perf_counter()
         rewards = batch.rewards * np.exp(shaping * batch.betas)
         values = self.value.predict(batch)
-        kl, finite = self._improve(batch, self._advantages(batch, rewards, values))
-        explained = self.value.fit(batch, rewards, values, self.settings.value_epochs)
+        # The value net's fit and the policy's step share nothing: each has a core to itself.
+        with ThreadPoolExecutor(1) as aside:
+            fit = aside.submit(self.value.fit, batch, rewards, values, self.settings.value_epochs)
+            kl, finite = self._improve(batch, self._advantages(batch, rewards, values))
+            explained = fit.result()
         self.iterations += 1
         return IterationReport(
             returns=batch.returns, successes=(success or Success())(env, batch),
