@@ -71,10 +71,10 @@ def sample(env: "RobotVectorEnv", act: Act, length: int) -> Trajectories:
     observations[0] = observation
     for t in range(steps):
         actions[t] = act(t, observation)
-        observation, rewards[t], terminated, truncated, _ = env.step(actions[t])
+        observation, rewards[t], terminated, truncated, infos = env.step(actions[t])
         observations[t + 1] = observation
-        ended = terminated | truncated
-        if np.count_nonzero(ended):
+        if "episode" in infos:
+            ended = terminated | truncated
             failed |= terminated
             lengths[ended] = t + 1
             env.halted |= ended

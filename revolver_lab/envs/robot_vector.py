@@ -152,10 +152,11 @@ class RobotVectorEnv(VectorEnv):
         self._steps += 1
         self.held += outcome.success
         self._returns += outcome.reward
-        truncated = (self._steps >= self.task.episode_steps) & ~outcome.terminated
-        if resting:
-            truncated &= ~idle
+        truncated = self._steps >= self.task.episode_steps
+        if resting or np.count_nonzero(truncated):
+            truncated &= ~(outcome.terminated | idle)
             self._begin(self._waiting & ~self.halted)
+            self._waiting &= self.halted
         infos = self._close_episodes(outcome.terminated | truncated, outcome.diverged)
         return self._last.copy(), outcome.reward, outcome.terminated, truncated, infos
 
@@ -173,16 +174,14 @@ class RobotVectorEnv(VectorEnv):
 
     def _close_episodes(self, done: np.ndarray, diverged: np.ndarray) -> dict[str, Any]:
         """Report on the step, and in SAME_STEP mode start anew where an episode is done."""
-        same_step = self.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
-        self._waiting = self._waiting & self.halted
         if not np.count_nonzero(done):
             return self._infos(diverged)
-        self._waiting |= done & (not same_step)
         episode: dict[str, Any] = {"r": self._returns.copy(), "l": self._steps.copy()}
         if self.task.goal_steps is not None:
             episode["success"] = self.held > self.task.goal_steps
         episode = {"episode": episode}
-        if not same_step:
+        if self.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP:
+            self._waiting |= done
             return self._infos(diverged) | masked(episode, done)
         info = {"alpha": self.alphas.copy(), "diverged": diverged} | episode
         final = {"final_info": masked(info, done), "_final_info": done.copy()}
