@@ -3,6 +3,7 @@
 from typing import Any
 
 from revolver_lab import stats
+from revolver_lab.runs.natural_summary import describe_natural, is_natural, natural_rows
 from revolver_lab.runs.results import Results
 
 SUCCESS = 0.5
@@ -10,7 +11,7 @@ SUCCESS = 0.5
 
 
 def rows(results: Results, threshold: float | None = None) -> list[dict[str, Any]]:
-    """Returns one row a method.
+    """Returns one row a method; natural methods have rows of their own, see `natural_rows`.
 
     Args:
         results: Of a run, or of several put together.
@@ -21,6 +22,8 @@ def rows(results: Results, threshold: float | None = None) -> list[dict[str, Any
         Robot, method, seeds, mean and IQM of the learners' returns with 95 % intervals, the
         fraction that succeeded with its own, and environment steps.
     """
+    if is_natural(results):
+        return natural_rows(results)
     if threshold is None and (results.expert_return or 0) > 0:
         threshold = SUCCESS * (results.expert_return or 0)
     return [_row(results, method, threshold) for method in results.methods]
@@ -53,6 +56,8 @@ def describe(results: Results, threshold: float | None = None) -> str:
         results: Of a run, or of several put together.
         threshold: As in `rows`.
     """
+    if is_natural(results):
+        return describe_natural(results)
     table = rows(results, threshold)
     width = max(6, *(len(row["method"]) for row in table))
     lines = [f"{'method':<{width}}  seeds    mean  95 % interval    success  95 % interval"]

@@ -125,6 +125,8 @@ def main(arguments: list[str] | None = None) -> int:
     work = store.shard_folder(options.folder, options.shard)
     try:
         with claimed(work, patience=1.0):  # who asks whether it is claimed claims it shortly
+            if (work / store.DONE).exists():  # by another, since this one was sent
+                return 0
             worker = Worker(options.folder, options.shard, options.every)
             with _heeding(lambda *_: setattr(worker, "asked_to_stop", True)):
                 worker.run()
@@ -132,6 +134,8 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"revolver-lab: {problem}", file=sys.stderr)
         return 0
     except (RevolverError, OSError) as problem:
+        if (options.folder / store.CARD).exists():  # done by others, collected and cleared away
+            return 0
         return _fail(work, str(problem))
     except Exception as problem:  # whatever it is, whoever watches the folder has to hear of it
         traceback.print_exc()

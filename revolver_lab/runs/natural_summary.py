@@ -1,0 +1,95 @@
+"""Results of natural methods as a small table: success on the target, and how long it took."""
+
+from typing import Any
+
+import numpy as np
+
+from revolver_lab import stats
+from revolver_lab.runs.results import LearnerResult, Results
+
+GOOD = 0.9
+"""A learner got there with this success on the target, over fresh episodes: the paper's number."""
+
+
+def is_natural(results: Results) -> bool:
+    """Whether all learners say which episodes succeeded."""
+    return all(one.successes is not None for one in results.learners)
+
+
+def natural_rows(results: Results) -> list[dict[str, Any]]:
+    """Returns one row a method.
+
+    A learner's time is the iteration after which its gate was content, at success on the target
+    in fresh episodes; one that never was is censored where its budget ended.
+
+    Args:
+        results: Of natural methods.
+
+    Returns:
+        Robot, method, seeds; mean success on the target at the end with a 95 % interval over
+        seeds; the fraction of learners with a success of `GOOD` or more, with its interval; the
+        median iteration at which the gate was content (infinite where fewer than half got there)
+        and the iterations of the censored; environment steps.
+    """
+    return [_row(results, method) for method in results.methods]
+
+
+def _row(results: Results, method: str) -> dict[str, Any]:
+    """Returns the row of one method."""
+    some = results.of(method)
+    scores = np.array([success_of(one) for one in some])
+    mean, good = stats.interval(scores, "mean"), stats.success(scores >= GOOD)
+    made = np.array([len(one.iterations) for one in some])
+    content = np.array([bool(one.finished) for one in some])
+    curve = stats.kaplan_meier(made, content)
+    return {
+        "robot": results.robot, "method": method, "seeds": len(some), "success": mean.value,
+        "success_low": mean.low, "success_high": mean.high, "least": float(scores.min()),
+        "good": int((scores >= GOOD).sum()), "good_low": good.low, "good_high": good.high,
+        "finished": int(content.sum()), "median_iterations": curve.median,
+        "censored_at": int(made[~content].max()) if (~content).any() else None,
+        "farthest": float(np.mean([farthest(one) for one in some])),
+        "steps": sum(one.cost.steps for one in some),
+        "evaluation_steps": sum(one.cost.evaluation_steps for one in some),
+        "minutes": float(np.median([one.cost.seconds for one in some])) / 60,
+        "failures": sum(bool(one.failure) for one in some),
+    }  # fmt: skip
+
+
+def success_of(one: LearnerResult) -> float:
+    """Returns the success of a learner on the target in its last evaluation, nan without one."""
+    return float("nan") if one.successes is None else float(one.successes.mean())
+
+
+def farthest(one: LearnerResult) -> float:
+    """Returns the alpha that a learner was at in its last iteration."""
+    return float(one.iterations[-1]["alpha"]) if one.iterations else float("nan")
+
+
+def describe_natural(results: Results) -> str:
+    """Returns the table as text, with what it cost and how to train it again.
+
+    Args:
+        results: Of natural methods.
+    """
+    table = natural_rows(results)
+    width = max(6, *(len(row["method"]) for row in table))
+    lines = [f"{'method':<{width}}  seeds  success  95 % interval  >= {GOOD:.0%}    alpha  "
+             "iterations (median)"]  # fmt: skip
+    lines += [f"{row['method']:<{width}}  {_text(row)}" for row in table]
+    lines += [f"{one.method}-{one.seed} was stopped: {one.failure}"
+              for one in results.learners if one.failure]  # fmt: skip
+    lines.append("success: of fresh episodes on the target, by mean actions; alpha: where the last "
+                 "iteration was, on average")  # fmt: skip
+    return "\n".join([*lines, f"cost: {results.cost}", *results.commands])
+
+
+def _text(row: dict[str, Any]) -> str:
+    """Returns the numbers of a row."""
+    ends = f"{row['success_low']:.2f} to {row['success_high']:.2f}" if row["seeds"] > 1 else "one"
+    when = f"{row['median_iterations']:.0f}"
+    if not np.isfinite(row["median_iterations"]):
+        when = f"not in {row['censored_at']}"
+    of = f"{row['good']} of {row['seeds']}"
+    return (f"{row['seeds']:>5}  {row['success']:>7.2f}  {ends:<13}  {of:<9}  "
+            f"{row['farthest']:>5.2f}  {when}")  # fmt: skip

@@ -1,0 +1,268 @@
+"""Natural methods in runs; sweeps killed, repeated or started twice lose and double nothing."""
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from natural_puck import EXPERT, Reach, puck
+from small_runs import files_of
+
+from revolver_lab.errors import PolicyFileError, RevolverError, SettingsError
+from revolver_lab.learners.natural.settings import PILOT
+from revolver_lab.methods import METHODS, Member
+from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod
+from revolver_lab.natural_population import NaturalPopulation
+from revolver_lab.policies import Policy
+from revolver_lab.runs import Plan, Run, checkpoint, keep, recorded, store
+from revolver_lab.runs.natural_summary import natural_rows
+from revolver_lab.runs.sweep import sweep
+from revolver_lab.runs.sweep_file import plans_of, read_sweep
+
+SMALL = dataclasses.replace(PILOT, trajectories=4, length=20, warm_batches=1)
+TINY = {
+    "robots": ["adroit-door"], "methods": ["tiny", "npg-like"], "seeds": [0, 1], "steps": 900,
+    "evaluate_episodes": 2,
+    "method": {
+        "tiny": {"settings": {"trajectories": 4, "length": 30, "warm_batches": 1}},
+        "npg-like": {"like": "npg-direct",
+                     "settings": {"trajectories": 4, "length": 30, "warm_batches": 1}},
+    },
+}  # fmt: skip
+TOML = """robots = ["adroit-door"]
+methods = ["tiny", "npg-like"]
+seeds = [0, 1]
+steps = 900
+evaluate_episodes = 2
+[method.tiny]
+settings = { trajectories = 4, length = 30, warm_batches = 1 }
+[method.npg-like]
+like = "npg-direct"
+settings = { trajectories = 4, length = 30, warm_batches = 1 }
+"""
+
+
+def small(name, like="npg-revolver", **changes):
+    return dataclasses.replace(NATURAL_METHODS[like], name=name, settings=SMALL, **changes)
+
+
+def puck_population(names=("revolver", "imitating"), **changes):
+    rows = {
+        "revolver": small("revolver"),
+        "imitating": small("imitating", "soil", demonstrations=2),
+    }
+    members = [Member(method=rows[name], seed=3) for name in names]
+    arguments = {"expert": EXPERT, "steps": 800, "task": Reach(), "evaluate_episodes": 4}
+    return NaturalPopulation(puck(), members, **(arguments | changes))
+
+
+def told(log):
+    plain = log.to_json()
+    del plain["wall_time"]
+    for row in (*plain["iterations"], *plain["phases"]):
+        del row["wall_time"]
+    return plain, {k: v.tobytes() for k, v in log.policy.weights.items()}
+
+
+@pytest.mark.parametrize("name", NATURAL_METHODS)
+def test_every_natural_method_travels_as_json(name):
+    row = NATURAL_METHODS[name]
+    assert NaturalMethod.from_json(json.loads(json.dumps(row.to_json()))) == row
+
+
+def test_a_natural_method_ends_the_same_alone_and_in_company():
+    together = puck_population()
+    assert together.run()
+    for i, name in enumerate(("revolver", "imitating")):
+        alone = puck_population([name])
+        assert alone.run()
+        assert told(alone.results()[0]) == told(together.results()[i])
+
+
+@pytest.mark.parametrize("stop", [0, 3, 11, 12, 17])
+def test_natural_methods_resumed_from_files_end_as_if_they_had_not_been_stopped(stop, tmp_path):
+    left = iter(range(stop))
+    first, whole = puck_population(), puck_population()
+    assert whole.run()
+    assert not first.run(lambda: next(left, None) is None)
+    checkpoint.save(first, tmp_path)
+    resumed = puck_population()
+    assert checkpoint.restore(resumed, tmp_path)
+    assert resumed.run()
+    assert [*map(told, resumed.results())] == [*map(told, whole.results())]
+
+
+def test_teachers_are_asked_for_by_name():
+    with pytest.raises(SettingsError, match="expert"):
+        puck_population(["imitating"], expert=None)
+
+
+def test_a_plan_of_natural_methods_comes_back_from_its_file_and_has_no_learner():
+    plan = Plan(robot="adroit-door", methods=["npg-revolver", "dapg"], seeds=[0])
+    assert plan.learner is None
+    assert plan.evaluate_every == 0
+    assert Plan.from_json(json.loads(json.dumps(plan.to_json()))) == plan
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"methods": ["npg-direct", "direct"]}, "npg-direct"),
+        ({"methods": ["npg-direct", METHODS["direct"]]}, "Make a plan for each kind"),
+        ({"methods": ["npg-directt"]}, "npg-direct"),
+        ({"robot": "cheetah-front-leg", "methods": ["npg-direct"]}, None),
+    ],
+)
+def test_plans_that_mix_or_cannot_work_are_refused(changes, text, tmp_path):
+    with pytest.raises(RevolverError, match=text):
+        Run(Plan(**({"robot": "adroit-door", "seeds": [0]} | changes)), root=tmp_path).prepare(1)
+
+
+def test_an_expert_without_a_gaussian_head_is_refused_before_anything_is_made(tmp_path):
+    changed = dataclasses.replace(small("own"), least_return=50.0)
+    plan = Plan(robot="cheetah-front-leg", methods=[changed], seeds=[0])
+    with pytest.raises(PolicyFileError, match="gaussian"):
+        Run(plan, root=tmp_path).prepare(1)
+    assert not list(tmp_path.rglob("*"))
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("robots", {"robots": "adroit-door"}),
+        ("seeds", {"seeds": []}),
+        ("colour", {"colour": 1}),
+        ("steps", {"steps": 0}),
+        ("adroit-doors", {"robots": ["adroit-doors"]}),
+        ("tasks", {"tasks": "sparse"}),
+        ("dances", {"method": {"tiny": {"dances": True}}}),
+        ("alpha_stepp", {"method": {"tiny": {"gate": {"alpha_stepp": 1}}}}),
+        ("Gatter", {"method": {"tiny": {"gate": {"kind": "Gatter"}}}}),
+        ("trajectories", {"method": {"tiny": {"settings": {"trajectories": 0}}}}),
+        ("npg-revolvers", {"method": {"tiny": {"like": "npg-revolvers"}}}),
+        ("method", {"method": 3}),
+    ],
+)
+def test_a_sweep_that_says_something_unknown_is_refused_by_name(name, changes):
+    with pytest.raises(RevolverError, match=name):
+        plans_of(TINY | {"methods": ["tiny"]} | changes)
+
+
+def test_a_sweep_without_robots_or_no_toml_at_all_is_refused(tmp_path):
+    with pytest.raises(SettingsError, match="robots"):
+        plans_of({"methods": ["direct"], "seeds": [0]})
+    torn = tmp_path / "torn.toml"
+    torn.write_text("robots = [")
+    for path in (torn, tmp_path / "none.toml"):
+        with pytest.raises(SettingsError, match=path.name):
+            read_sweep(path)
+
+
+def test_a_sweep_is_robots_times_rewards_and_a_gate_of_another_kind_starts_anew():
+    own = {"method": {"tiny": {"gate": {"kind": "EvaluatedGate", "episodes": 7}}}}
+    plans = plans_of(TINY | own | {"methods": ["tiny"], "tasks": ["sparse", "dense"],
+                                   "robots": ["adroit-door", "adroit-hammer"]})  # fmt: skip
+    assert [(p.robot, p.task) for p in plans] == [
+        ("adroit-door", "sparse"), ("adroit-door", "dense"),
+        ("adroit-hammer", "sparse"), ("adroit-hammer", "dense"),
+    ]  # fmt: skip
+    assert plans[0].methods[0].gate.episodes == 7
+    assert plans[0].methods[0].gate.threshold == 0.5
+
+
+@pytest.fixture(scope="module")
+def peace(tmp_path_factory):
+    """The tiny sweep, undisturbed."""
+    return sweep(plans_of(TINY), root=tmp_path_factory.mktemp("peace"), jobs=1)[0]
+
+
+def test_a_sweep_ends_in_tables_that_say_what_every_learner_came_to(peace, tmp_path):
+    results = peace.results()
+    assert [(one.method, one.seed) for one in results.learners] == [
+        ("tiny", 0), ("tiny", 1), ("npg-like", 0), ("npg-like", 1),
+    ]  # fmt: skip
+    for one in results.learners:
+        log = Policy.load(peace.folder / store.POLICIES / f"{one.method}-{one.seed}.safetensors")
+        assert log.card.seed == one.seed
+        assert len(one.successes) == 2
+        assert one.cost.steps >= 900 > one.cost.steps - 4 * 30
+        assert one.iterations[-1]["steps"] == one.cost.steps
+        assert one.iterations[-1]["alpha"] == (1.0 if one.method == "npg-like" else 0.0)
+        assert not one.finished
+    row = natural_rows(results)[1]
+    assert (row["median_iterations"], row["good"]) == (np.inf, 0)
+    assert row["censored_at"] == len(results.of("npg-like")[0].iterations)
+    kept = keep(peace.folder, tmp_path)
+    again = recorded("adroit-door", folder=tmp_path, natural=True)
+    assert again.methods == ("tiny", "npg-like")
+    assert (kept / store.ITERATIONS).read_bytes() == (peace.folder / store.ITERATIONS).read_bytes()
+
+
+def test_a_sweep_that_is_done_trains_nothing_again(peace):
+    before = {path: path.stat().st_mtime_ns for path in peace.folder.rglob("*")}
+    sweep(plans_of(TINY), root=peace.folder.parent, jobs=1)
+    assert {path: path.stat().st_mtime_ns for path in peace.folder.rglob("*")} == before
+
+
+def start(root, *words):
+    """Starts the tiny sweep by command, in two processes."""
+    file = root / "tiny.toml"
+    file.write_text(TOML)
+    command = [sys.executable, "-m", "revolver_lab.cli", "sweep", str(file), "--root", str(root),
+               "--jobs", "2", "--every", "0.3", *words]  # fmt: skip
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+
+def at_work(root):
+    """The processes that say they are training."""
+    pids = set()
+    for path in root.glob(f"*/{store.WORK}/*/{store.PROGRESS}"):
+        said = json.loads(path.read_text())
+        if said["state"] == "running" and said["learners"][-1]["steps"] > 200:
+            pids.add(said["pid"])
+    return pids
+
+
+@pytest.mark.slow
+def test_killed_workers_of_a_sweep_lose_no_run_and_double_none(peace, tmp_path):
+    going, killed = start(tmp_path), set()
+    until = time.monotonic() + 240
+    while going.poll() is None and time.monotonic() < until:
+        for pid in at_work(tmp_path) - killed:
+            if len(killed) < 3:
+                os.kill(pid, signal.SIGKILL)
+                killed.add(pid)
+        time.sleep(0.02)
+    assert going.wait(5) == 0, going.stderr.read()
+    assert len(killed) >= 2
+    (folder,) = tmp_path.glob("adroit-door-*")
+    assert files_of(folder) == files_of(peace.folder)
+
+
+@pytest.mark.slow
+def test_two_sweeps_of_one_file_share_the_work(peace, tmp_path):
+    both = [start(tmp_path), start(tmp_path)]
+    assert [one.wait(300) for one in both] == [0, 0], [one.stderr.read() for one in both]
+    (folder,) = tmp_path.glob("adroit-door-*")
+    assert files_of(folder) == files_of(peace.folder)
+
+
+@pytest.mark.slow
+def test_a_cluster_ends_where_this_machine_does(peace, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as few:
+        going = start(tmp_path, "--dask", few.scheduler_address)
+        assert going.wait(300) == 0, going.stderr.read()
+    (folder,) = tmp_path.glob("adroit-door-*")
+    assert files_of(folder) == files_of(peace.folder)
+
+
+@pytest.mark.slow
+def test_a_cluster_that_does_not_answer_is_named(tmp_path):
+    with pytest.raises(SettingsError, match=r"127\.0\.0\.1:9"):
+        sweep(plans_of(TINY), root=tmp_path, cluster="tcp://127.0.0.1:9")
