@@ -4,11 +4,14 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help demo test test-default test-pages test-slow test-browser lab bench check fix clean
+.PHONY: help demo demo-cheetah test test-default test-pages test-slow test-browser lab bench check fix clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+$(VENV)/ready-base: pyproject.toml bootstrap.sh
+	PYTHON=$(PYTHON) VENV=$(VENV) sh bootstrap.sh base
 
 $(VENV)/ready-train: pyproject.toml bootstrap.sh
 	PYTHON=$(PYTHON) VENV=$(VENV) sh bootstrap.sh train
@@ -16,8 +19,11 @@ $(VENV)/ready-train: pyproject.toml bootstrap.sh
 $(VENV)/ready-dev: pyproject.toml bootstrap.sh
 	PYTHON=$(PYTHON) VENV=$(VENV) sh bootstrap.sh train,lab,dev
 
-demo: $(VENV)/ready-train  ## an expert fails on a changed robot; Algorithm 1 carries it there, with a film
-	$(BIN)/python -m revolver_lab.demo
+demo: $(VENV)/ready-base  ## five fingers become two, and the hand goes on opening doors: live, with a film
+	$(BIN)/python -m revolver_lab.demos.hand
+
+demo-cheetah: $(VENV)/ready-train  ## an expert fails on a changed cheetah; Algorithm 1 carries it there, with a film
+	$(BIN)/python -m revolver_lab.demos.cheetah
 
 test: test-default test-pages  ## every claim of the package, in minutes
 

@@ -1,5 +1,6 @@
 #!/bin/sh
 # Set up a virtual environment with the given extras on a bare machine: sh bootstrap.sh train,lab,dev
+# With "base" there are none: everything but training by SAC and TD3 works.
 set -eu
 extras=$1
 python=${PYTHON:-python3}
@@ -49,11 +50,11 @@ case ",$extras," in *,train,*)
 esac
 
 say "Installing revolver_lab [$extras]"
-pip -e ".[$extras]"
+case "$extras" in base) pip -e . ;; *) pip -e ".[$extras]" ;; esac
 
 if [ "$(uname)" = Linux ] && ! ldconfig -p 2>/dev/null | grep -q 'libEGL_mesa\|libEGL_nvidia\|libOSMesa'; then
     say "Installing Mesa's EGL, to draw without a display"
     packages libegl1 libegl-mesa0 libgl1-mesa-dri ||
         say "No offscreen OpenGL here; everything but pictures works. To draw, run: sudo apt-get install -y libegl1 libegl-mesa0 libgl1-mesa-dri"
 fi
-for extra in $(printf '%s' "$extras" | tr ',' ' '); do touch "$venv/ready-$extra"; done
+for extra in base $(printf '%s' "$extras" | tr ',' ' '); do touch "$venv/ready-$extra"; done

@@ -3,7 +3,7 @@
 import shutil
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TextIO
 
 from revolver_lab.recorder import Progress
@@ -50,11 +50,18 @@ class ProgressLines:
         Args:
             latest: Progress by the transfer's name.
         """
+        self.write([describe(name, progress) for name, progress in sorted(latest.items())])
+
+    def write(self, lines: Sequence[str]) -> None:
+        """Draws lines, unless the last drawing was just now.
+
+        Args:
+            lines: What to say.
+        """
         now = time.monotonic()
         if now - self._last < (0.2 if self._terminal else self._every):
             return
         self._last = now
-        lines = [describe(name, progress) for name, progress in sorted(latest.items())]
         if self._terminal:
             width = shutil.get_terminal_size().columns - 1
             up = f"\x1b[{self._drawn}F" if self._drawn else ""

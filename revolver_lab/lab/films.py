@@ -126,7 +126,7 @@ def film_frames(
         length, tick = max(run.seconds for run in rollouts), speed / fps
         for count in range(max(1, math.ceil(length / tick - 1e-6))):
             yield captions.beside(
-                [_moment(stages[id(run.evolve)], run, count * tick) for run in rollouts]
+                [moment(stages[id(run.evolve)], run, count * tick) for run in rollouts]
             )
 
 
@@ -139,8 +139,17 @@ def _journey(evolve: Evolution, fps: float, size: dict) -> Generator[np.ndarray,
             yield _panel(stage.frame(alpha), evolve.name, f"alpha {alpha:.2f}", alpha)
 
 
-def _moment(stage: Stage | Recorded, run: Rollout, time: float) -> np.ndarray:
-    """One rollout at one time, with what it has achieved by then."""
+def moment(stage: Stage | Recorded, run: Rollout, time: float) -> np.ndarray:
+    """One rollout at one time, with what it has achieved by then.
+
+    Args:
+        stage: Of the rollout's evolution.
+        run: The rollout.
+        time: Since its beginning [s].
+
+    Returns:
+        A picture above its caption, (H, W, 3) uint8.
+    """
     row = run.row(time)
     words = f"alpha {run.alpha:.2g}   {_achieved(run, row)}"
     picture = stage.frame(run.alpha, run.qpos[row], places=run.places)
