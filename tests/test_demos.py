@@ -3,9 +3,11 @@
 import dataclasses
 import threading
 import time
+from functools import partial
 
 import numpy as np
 import pytest
+from demo_jobs import fail, slowly_double
 from natural_puck import EXPERT, LENGTH, Reach, puck
 from PIL import Image
 
@@ -30,36 +32,12 @@ def iteration(number, **changes):
     return Iteration(iteration=number, **(settings | changes))
 
 
-def double(number, board):
-    board[number] = number
-    time.sleep(1.2)
-    return 2 * number
-
-
-def fail(board):
-    raise ValueError("this one fails")
-
-
 def test_jobs_run_in_processes_of_their_own_and_are_looked_at():
-    seen, jobs = [], {"a": Doubling(3), "b": Doubling(5)}
-    found = parts.side_by_side(jobs, lambda board: seen.append(board))
-    assert found == {"a": 6, "b": 10}
+    seen, jobs = [], {name: partial(slowly_double, number=n) for name, n in (("a", 3), ("b", 5))}
+    assert parts.side_by_side(jobs, seen.append) == {"a": 6, "b": 10}
     assert {3: 3, 5: 5} in seen
-
-
-class Doubling:
-    """A job that can be sent to another process."""
-
-    def __init__(self, number):
-        self.number = number
-
-    def __call__(self, board):
-        return double(self.number, board)
-
-
-def test_what_goes_wrong_in_a_process_is_raised():
     with pytest.raises(ValueError, match="this one fails"):
-        parts.side_by_side({"a": fail}, lambda board: None)
+        parts.side_by_side({"a": fail}, seen.append)
 
 
 @pytest.fixture
