@@ -1,6 +1,6 @@
 """How good a policy is along the whole evolution: unshaped returns, robot by robot."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,6 +49,32 @@ def evaluate(
         SettingsError: If there are no episodes.
         PolicyFileError: If the policy does not fit the robot.
     """
+    return _along(policy, evolve, alphas, episodes, seed, task, deterministic, returns_of)
+
+
+def evaluate_success(
+    policy: Policy, evolve: "Evolution | str", alphas: Sequence[float] | float, episodes: int = 10,
+    seed: int = 0, *, task: "str | Task | None" = None, deterministic: bool = True,
+) -> np.ndarray:  # fmt: skip
+    """Plays episodes on E(alpha) for each alpha and says which of them succeeded.
+
+    They are the episodes that `evaluate` plays; see there for the arguments.
+
+    Returns:
+        Successes, (len(alphas), episodes) bool.
+
+    Raises:
+        SettingsError: If there are no episodes, or the task has no goal.
+        PolicyFileError: If the policy does not fit the robot.
+    """
+    return _along(policy, evolve, alphas, episodes, seed, task, deterministic, successes_of)
+
+
+def _along(
+    policy: Policy, evolve: "Evolution | str", alphas: Sequence[float] | float, episodes: int,
+    seed: int, task: "str | Task | None", deterministic: bool, measure: "Measure",
+) -> np.ndarray:  # fmt: skip
+    """Plays a policy on several robots, as many side by side as memory has room for."""
     robots = np.array([checked_alpha(alpha) for alpha in np.atleast_1d(alphas)])
     if episodes < 1:
         raise SettingsError(f"episodes = {episodes}", "1 or more", "Ask for 10.")
@@ -57,8 +83,8 @@ def evaluate(
     for i in range(0, len(robots), side_by_side):
         some = robots[i : i + side_by_side]
         played.append(_play([policy] * len(some), evolve, some, episodes, [seed] * len(some), task,
-                            deterministic))  # fmt: skip
-    return np.concatenate(played)
+                            deterministic, measure=measure))  # fmt: skip
+    return np.concatenate(played) if len(played) > 1 else played[0]
 
 
 def evaluate_each(
@@ -97,7 +123,8 @@ def evaluate_each(
 
 def _play(
     policies: Sequence[Policy], evolve: "Evolution | str", alphas: np.ndarray, episodes: int,
-    seeds: Sequence[int], task: "str | Task | None", deterministic: bool, nthread: int = 0,
+    seeds: Sequence[int], task: "str | Task | None", deterministic: bool, nthread: int = 0, *,
+    measure: "Measure | None" = None,
 ) -> np.ndarray:  # fmt: skip
     """Plays each policy on its robot, all at once; returns (len(policies), episodes)."""
     from revolver_lab.envs.vector import make_vec_env
@@ -117,8 +144,8 @@ def _play(
 
     found: list[np.ndarray] = []
     while len(found) * starts < episodes:
-        returns = returns_of(env, act, seeds=None if found else seeds)
-        found.append(returns.reshape(len(policies), starts))
+        measured = (measure or returns_of)(env, act, None if found else seeds)
+        found.append(measured.reshape(len(policies), starts))
     return np.concatenate(found, axis=1)[:, :episodes]
 
 
@@ -132,12 +159,49 @@ def returns_of(
         act: Maps observations (n, O) to actions (n, A).
         seeds: Seeds of the starts, see `make_vec_env`; None goes on with the streams there are.
     """
+    total = np.zeros(env.num_envs)
+    for reward in _rewards(env, act, seeds):
+        total += reward
+    return total
+
+
+def successes_of(
+    env: "RobotVectorEnv", act: Callable[[np.ndarray], np.ndarray], seeds: Sequence[int] | None
+) -> np.ndarray:
+    """Plays one episode in every simulation and says which succeeded, (n,) bool.
+
+    Args:
+        env: As for `returns_of`.
+        act: As there.
+        seeds: As there.
+
+    Raises:
+        SettingsError: If the task has no goal.
+    """
+    if env.task.goal_steps is None:
+        raise SettingsError(f"the success of {type(env.task).__name__}, which has no goal",
+                            "a task with success() and goal_steps", "Look at returns.")  # fmt: skip
+    held, going = np.zeros(env.num_envs, int), np.ones(env.num_envs, bool)
+    for _ in _rewards(env, act, seeds):
+        held += env.task.success(env.robot) & going
+        going = ~env.halted
+    return held > env.task.goal_steps
+
+
+def _rewards(
+    env: "RobotVectorEnv", act: Callable[[np.ndarray], np.ndarray], seeds: Sequence[int] | None
+) -> Iterator[np.ndarray]:
+    """Plays one episode in every simulation; yields the rewards, (n,), of every step."""
     observation, _ = env.reset(seed=seeds)
     env.halted[:] = False
-    total = np.zeros(env.num_envs)
     while not env.halted.all():
         observation, reward, terminated, truncated, _ = env.step(act(observation))
-        total += reward
         env.halted |= terminated | truncated
+        yield reward
     env.halted[:] = False
-    return total
+
+
+Measure = Callable[
+    ["RobotVectorEnv", Callable[[np.ndarray], np.ndarray], Sequence[int] | None], np.ndarray
+]
+"""Plays one episode in every simulation, and returns a number of each, (n,)."""

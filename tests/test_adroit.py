@@ -12,6 +12,7 @@ from revolver_lab.envs import snapshot
 from revolver_lab.envs.single import RobotEnv
 from revolver_lab.envs.suite import SuiteEnv
 from revolver_lab.errors import MissingExtraError, SettingsError
+from revolver_lab.evaluation import evaluate_success
 from revolver_lab.lab import poses, rollouts
 from revolver_lab.robots import registry
 from revolver_lab.tasks.hammering import angles
@@ -366,6 +367,18 @@ def test_the_shipped_expert_is_our_own_and_succeeds(scene):
         assert "Distilled" in card.note
         assert "Apache-2.0" in card.note
         assert "/work" not in card.command
+
+
+def test_success_is_that_of_the_episodes_whose_returns_evaluate_tells():
+    expert, played = rvl.load_expert("adroit-door"), ("adroit-door", [0.0, 0.3], 6, 4)
+    returns, won = rvl.evaluate(expert, *played), evaluate_success(expert, *played)
+    assert np.array_equal(returns > 25, won)  # with sparse rewards a step of the goal pays 1
+    assert won[0].all()
+    assert not won[1].all()
+    staged = evaluate_success(expert, *played, task="staged")
+    assert np.array_equal(staged, won)  # whatever the reward is
+    with pytest.raises(SettingsError, match="no goal"):
+        evaluate_success(rvl.load_expert("cheetah-front-leg"), "cheetah-front-leg", 0.0, 1)
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from PIL import Image
 from small_runs import tiny_plan
@@ -13,9 +14,12 @@ import revolver_lab as rvl
 from revolver_lab import _gl, cli
 from revolver_lab.commands import looking
 from revolver_lab.commands.parts import training
+from revolver_lab.demonstration_sources import record
+from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.errors import SettingsError
 from revolver_lab.runs import Run
 from revolver_lab.runs.worker import main as work
+from revolver_lab.trajectories import Success
 
 needs_gl = pytest.mark.skipif(not _gl.choose().works, reason="no OpenGL on this machine")
 NAME = "cheetah-front-leg"
@@ -179,6 +183,30 @@ def test_evaluate_reads_the_policies_of_runs(finished, capsys):
     assert cli.main([*words, str(folder)]) == 2
     assert cli.main([*words, f"{folder}:tiny-9"]) == 2
     assert capsys.readouterr().err.count("Name one: FOLDER:tiny-0.") == 2
+
+
+def test_evaluate_tells_success_where_a_task_has_a_goal(capsys):
+    assert cli.main(["evaluate", "adroit-door", "--alpha", "0", "--episodes", "2"]) == 0
+    head, row = capsys.readouterr().out.splitlines()
+    assert head.split()[-1] == "success"
+    assert float(row.split()[-1]) == 1.0
+
+
+def test_demonstrations_recorded_by_command_are_those_of_the_function(tmp_path, capsys):
+    out = tmp_path / "door.npz"
+    words = ["--episodes", "3", "--seed", "5", "--successes", "-o", str(out)]
+    assert cli.main(["record", "adroit-door", *words]) == 0
+    assert "3 of 3 episodes" in capsys.readouterr().out
+    ours = record(rvl.load_expert("adroit-door"), "adroit-door", 3, seed=5, success=Success())
+    read = Demonstrations.load(out)
+    assert read.origin == ours.origin
+    for name in ("lengths", "observations", "actions", "next_observations", "rewards"):
+        assert np.array_equal(getattr(read, name), getattr(ours, name))
+
+
+def test_a_sweep_by_command_names_what_it_cannot_read(tmp_path, capsys):
+    assert cli.main(["sweep", str(tmp_path / "none.toml")]) == 2
+    assert "none.toml" in capsys.readouterr().err
 
 
 def test_event_files_hold_what_the_tables_hold(finished, tmp_path, capsys):

@@ -6,7 +6,9 @@ import revolver_lab as rvl
 from revolver_lab import runs
 from revolver_lab.commands.parts import Arguments, policy_of, training, wrote
 from revolver_lab.errors import SettingsError
+from revolver_lab.evaluation import evaluate_success
 from revolver_lab.logs import write_table
+from revolver_lab.robots import registry
 from revolver_lab.runs import Results, Run, recorded
 from revolver_lab.runs.so_far import so_far
 from revolver_lab.runs.store import CONFIG
@@ -20,9 +22,15 @@ def evaluate(arguments: Arguments) -> int:
     returns = rvl.evaluate(
         policy, arguments.name, alphas, arguments.episodes, arguments.seed, task=arguments.task
     )
-    print("alpha   mean return   lowest   highest")
-    for alpha, row in zip(alphas, returns, strict=True):
-        print(f"{alpha:<7.4g} {row.mean():<13.4g} {row.min():<8.4g} {row.max():.4g}")
+    goal = registry.get(arguments.name).make_task(arguments.task).goal_steps is not None
+    won = [""] * len(alphas)
+    if goal:
+        told = evaluate_success(policy, arguments.name, alphas, arguments.episodes, arguments.seed,
+                                task=arguments.task)  # fmt: skip
+        won = [f"   {row.mean():.2f}" for row in told]
+    print("alpha   mean return   lowest   highest" + "   success" * goal)
+    for alpha, row, rate in zip(alphas, returns, won, strict=True):
+        print(f"{alpha:<7.4g} {row.mean():<13.4g} {row.min():<8.4g} {row.max():<7.4g}{rate}")
     return 0
 
 
