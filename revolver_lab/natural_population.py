@@ -1,5 +1,6 @@
 """Learners by natural policy gradient, one after another, to be stopped and resumed anywhere."""
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ from revolver_lab.errors import SettingsError
 from revolver_lab.learners.natural.algorithms import IMITATORS
 from revolver_lab.learners.natural.npg import NPG
 from revolver_lab.methods import Member
-from revolver_lab.natural_log import NaturalLog
+from revolver_lab.natural_log import Iteration, NaturalLog
 from revolver_lab.natural_loop import NaturalTransfer
 from revolver_lab.policies import Policy
 from revolver_lab.population import EVALUATION_SEEDS
@@ -36,6 +37,7 @@ class NaturalPopulation:
         task: A reward of the registered robot, or a task for an evolution of your own.
         evaluate_episodes: Fresh episodes on the target at the end of each; 0 plays none.
         nthread: Threads of the physics; results do not depend on it.
+        report: Called after every iteration of a learner.
 
     Raises:
         PolicyFileError: If the expert does not fit the robot, or has no Gaussian head.
@@ -45,10 +47,11 @@ class NaturalPopulation:
     def __init__(
         self, evolve: "Evolution | str", members: Sequence[Member], *, expert: Policy | None = None,
         steps: int | None = None, task: "str | Task | None" = None, evaluate_episodes: int = 100,
-        nthread: int = 1,
+        nthread: int = 1, report: Callable[[Member, Iteration], None] | None = None,
     ):  # fmt: skip
         self.members, self._episodes = tuple(members), evaluate_episodes
         self._make = (evolve, expert, steps, task, nthread)
+        self._report = report
         self._teachers: dict[int, Demonstrations] = {}
         self.loops = [self._loop(self.members[0])]
 
@@ -58,10 +61,12 @@ class NaturalPopulation:
         method, teacher = member.method, None
         if method.algorithm in IMITATORS:
             teacher = self._teacher(method.demonstrations)
+        heard = functools.partial(self._report, member) if self._report else None
         return NaturalTransfer(
             expert if method.expert else None, evolve, method.gate, algorithm=method.algorithm,
             settings=method.settings, demonstrations=teacher, steps=steps, seed=member.seed,
             task=task, success=Success(least_return=method.least_return), nthread=nthread,
+            report=heard,
         )  # fmt: skip
 
     def _teacher(self, episodes: int) -> Demonstrations:

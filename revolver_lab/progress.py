@@ -6,6 +6,7 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import TextIO
 
+from revolver_lab.natural_log import Iteration
 from revolver_lab.recorder import Progress
 
 _WIDTH = 16  # of the bar [characters]
@@ -29,6 +30,20 @@ def describe(name: str, progress: Progress) -> str:
         f"{name} [{bar}] phase {progress.phase + 1}/{progress.phases}  alpha {progress.alpha:.2f}"
         f"  return {score}  {minutes}:{seconds:02d} left"
     )
+
+
+def describe_iteration(name: str, made: Iteration) -> str:
+    """Returns how a learner by natural policy gradient is doing, as text.
+
+    Example:
+        >>> describe_iteration("revolver", Iteration(iteration=56, alpha=0.43, success=0.72,
+        ...     average=0.7, episode_return=40.0, mean_beta=0.46, kl=0.02, log_std=-1.0,
+        ...     explained=0.8, steps=241_920, wall_time=95.0))
+        'revolver [#######.........] iteration 57  alpha 0.43  success 0.72  241,920 steps'
+    """
+    bar = "#" * round(16 * made.alpha) + "." * (16 - round(16 * made.alpha))
+    return (f"{name:<8} [{bar}] iteration {made.iteration + 1}  alpha {made.alpha:.2f}  "
+            f"success {made.success:.2f}  {made.steps:,} steps")  # fmt: skip
 
 
 class ProgressLines:

@@ -13,6 +13,7 @@ import pytest
 from natural_puck import EXPERT, Reach, puck
 from small_runs import files_of
 
+from revolver_lab import cli
 from revolver_lab.errors import PolicyFileError, RevolverError, SettingsError
 from revolver_lab.learners.natural.settings import PILOT
 from revolver_lab.methods import METHODS, Member
@@ -266,3 +267,20 @@ def test_a_cluster_ends_where_this_machine_does(peace, tmp_path):
 def test_a_cluster_that_does_not_answer_is_named(tmp_path):
     with pytest.raises(SettingsError, match=r"127\.0\.0\.1:9"):
         sweep(plans_of(TINY), root=tmp_path, cluster="tcp://127.0.0.1:9")
+
+
+def test_what_is_usual_depends_on_the_kind_of_method_and_is_trained_by_a_plain_command():
+    natural = Plan(robot="adroit-door", methods=["npg-direct"], seeds=[0])
+    other = Plan(robot="cheetah-front-leg", methods=["direct"], seeds=[0])
+    assert (natural.steps, natural.evaluate_episodes) == (1_536_000, 100)
+    assert (other.steps, other.evaluate_episodes) == (72_000, 10)
+    assert natural.command == ("revolver-lab transfer adroit-door --methods npg-direct --seeds 0 "
+                               "--steps 1536000")  # fmt: skip
+
+
+def test_one_natural_learner_is_trained_by_command_into_a_folder(tmp_path, capsys):
+    words = ["transfer", "adroit-door", "--method", "npg-direct", "--steps", "1", "--seed", "4"]
+    assert cli.main([*words, "-o", str(tmp_path / "out")]) == 0
+    assert "success on the target 0.00" in capsys.readouterr().out
+    assert Policy.load(tmp_path / "out" / "policy.safetensors").card.seed == 4
+    assert (tmp_path / "out" / store.ITERATIONS).read_text().count("\n") == 2

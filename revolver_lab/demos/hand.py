@@ -15,7 +15,7 @@ from revolver_lab.gates import PILOT_GATE, Gate
 from revolver_lab.natural_log import Iteration, Trial
 from revolver_lab.natural_loop import NaturalTransfer
 from revolver_lab.policies import Policy
-from revolver_lab.progress import ProgressLines
+from revolver_lab.progress import ProgressLines, describe_iteration
 from revolver_lab.robots import registry
 
 ROBOT = "adroit-door"
@@ -69,26 +69,12 @@ def _train(options: argparse.Namespace) -> dict[str, Trial]:
         made = board[LEAD].iteration
         if made not in history[-1:]:
             history.append(made)
-        others = [describe(FOLLOW, board[FOLLOW].iteration)] if FOLLOW in board else []
-        lines.write([f"{describe(LEAD, made)}  {_left(history)}", *others])
+        others = [describe_iteration(FOLLOW, board[FOLLOW].iteration)] if FOLLOW in board else []
+        lines.write([f"{describe_iteration(LEAD, made)}  {_left(history)}", *others])
         now.show(board[LEAD])
 
     with now:
         return side_by_side(jobs, look)
-
-
-def describe(name: str, made: Iteration) -> str:
-    """Returns how a learner is doing, as text.
-
-    Example:
-        >>> describe("revolver", Iteration(iteration=56, alpha=0.43, success=0.72, average=0.7,
-        ...     episode_return=40.0, mean_beta=0.46, kl=0.02, log_std=-1.0, explained=0.8,
-        ...     steps=241_920, wall_time=95.0))
-        'revolver [#######.........] iteration 57  alpha 0.43  success 0.72  241,920 steps'
-    """
-    bar = "#" * round(16 * made.alpha) + "." * (16 - round(16 * made.alpha))
-    return (f"{name:<8} [{bar}] iteration {made.iteration + 1}  alpha {made.alpha:.2f}  "
-            f"success {made.success:.2f}  {made.steps:,} steps")  # fmt: skip
 
 
 def _left(history: Sequence[Iteration], window: int = 30) -> str:

@@ -10,9 +10,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from revolver_lab.errors import MissingExtraError, SettingsError, UnknownNameError
-from revolver_lab.experts import course_learner
-from revolver_lab.methods import Method, method
 from revolver_lab.robots import registry
+from revolver_lab.runs.lesson_plans import fast_plan, is_natural, live_plan
 from revolver_lab.runs.plan import Plan
 from revolver_lab.runs.recordings import recorded
 from revolver_lab.runs.results import Results
@@ -31,14 +30,15 @@ PAIRS = ("cheetah-front-leg", "cheetah-short-legs", "cheetah-long-legs", "cheeta
          "ball-in-cup-weak-motors")  # fmt: skip
 """The pairs at course scale; what is trained here is trained on the first."""
 
+HANDS = ("adroit-door", "adroit-relocate", "adroit-hammer")
+"""The hand's pairs, five fingers to two; what is trained here is trained on the first."""
+
 OTHER_EXPERT = "a6eed311842b7c71f571a8ebd1d0ce530f072436662803f04d2b27fcde609911"
 """Hash of another expert of the cheetahs, equally good at home: trained by the stacked engine, and
 at a slower rate at the end. Runs with it are recorded on the first pair; it is not shipped."""
 
 _MEASURED = PAIRS[:4]
 """The pairs on which equal data, the critic and the cleaning were recorded."""
-
-_FAST_STEPS = 4800  # two phases of one episode in each simulation, and the last
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -74,6 +74,9 @@ LESSONS: Mapping[str, Subject] = {
         methods=("revolver", "critic-reset", "no-cleaning", "window-0.33", "optimiser-fresh"),
         seeds=4, robots=_MEASURED,
     ),
+    "08_five_fingers_to_two": Subject(
+        methods=("npg-direct", "npg-revolver"), seeds=1, robots=HANDS
+    ),
 }  # fmt: skip
 """Notebook -> what it compares."""
 
@@ -108,12 +111,8 @@ class Lesson:
         if self.mode == "recorded":
             return None
         if self.mode == "fast":
-            rows = [_shortened(method(name)) for name in self.methods]
-            quick = dataclasses.replace(course_learner(self.robots[0]), learning_starts=200)
-            return Plan(robot=self.robots[0], methods=rows, seeds=range(2), steps=_FAST_STEPS,
-                        learner=quick, evaluate_every=1600, evaluate_episodes=2)  # fmt: skip
-        seeds = range(LESSONS[self.name].seeds)
-        return Plan(robot=self.robots[0], methods=self.methods, seeds=seeds, evaluate_every=12_000)
+            return fast_plan(self.robots[0], self.methods)
+        return live_plan(self.robots[0], self.methods, LESSONS[self.name].seeds)
 
     @functools.cached_property
     def run(self) -> Run | None:
@@ -154,7 +153,9 @@ class Lesson:
         robot = robot or self.robots[0]
         settings = {"task": task or next(iter(registry.get(robot).tasks))}
         settings |= {"expert": expert} if expert else {}
-        return recorded(robot, methods or self.methods, folder=self.folder, settings=settings)
+        rows = methods or self.methods
+        return recorded(robot, rows, folder=self.folder, settings=settings,
+                        natural=is_natural(rows))  # fmt: skip
 
     def __str__(self) -> str:
         """Says what happens in this mode, and how to change it."""
@@ -186,7 +187,9 @@ def lesson(name: str, mode: str | None = None, *, folder: Path | None = None) ->
         >>> lesson("04_deterministic_or_randomised", "recorded").methods[:2]
         ('deterministic', 'revolver')
     """
-    return Lesson(name=_checked_name(name), mode=_checked_mode(mode), folder=folder)
+    known = _checked_name(name)
+    without = is_natural(LESSONS[known].methods)
+    return Lesson(name=known, mode=_checked_mode(mode, without), folder=folder)
 
 
 def _checked_name(name: str) -> str:
@@ -198,28 +201,21 @@ def _checked_name(name: str) -> str:
     return name
 
 
-def _checked_mode(mode: str | None) -> str:
-    """Returns the mode, from the environment where none is given."""
+def _checked_mode(mode: str | None, without: bool) -> str:
+    """Returns the mode, from the environment where none is given.
+
+    Args:
+        mode: What was asked for.
+        without: Whether it can be trained without torch.
+    """
     given = mode if mode is not None else os.environ.get(MODE) or "recorded"
     source = "mode" if mode is not None else MODE
     if given not in MODES:
         raise SettingsError(f"{source} = {given!r}", f"one of {tuple(MODES)}",
                             '"recorded" trains nothing.')  # fmt: skip
-    if given != "recorded" and importlib.util.find_spec("torch") is None:
+    if given != "recorded" and not without and importlib.util.find_spec("torch") is None:
         raise MissingExtraError(
             f"{source} = {given!r} without torch", "torch and stable-baselines3",
             "Install them: pip install 'revolver-lab[train]'. Or read: \"recorded\".",
         )  # fmt: skip
     return given
-
-
-def _shortened(row: Method) -> Method:
-    """Returns a method on a path of three phases of one episode in each simulation."""
-    schedule = row.schedule
-    xi = 0.6 if schedule.xi else 0.0  # wider than a step, or none
-    window = schedule.window if schedule.window is None else max(schedule.window, xi)
-    short = dataclasses.replace(
-        schedule, alpha_step=0.5, xi=xi, window=window, episodes_per_phase=8,
-        final_episodes=24 if schedule.alpha_start == 1 else 8,
-    )  # fmt: skip
-    return dataclasses.replace(row, schedule=short)

@@ -21,7 +21,9 @@ from revolver_lab.weights import digest
 FORMAT = 1
 """Of a run's folder; another number is another layout of files."""
 
-_EVERY, _EPISODES = 24_000, 10
+_EVERY = 24_000
+_USUAL = {"steps": 72_000, "evaluate_episodes": 10}
+_NATURAL = {"steps": 1_536_000, "evaluate_episodes": 100}
 _BY_PLAN = "revolver-lab transfer --plan config.json"
 
 
@@ -35,13 +37,14 @@ class Plan:
             the length of the task's episodes, or in `revolver_lab.natural_methods`. All are of
             one kind.
         seeds: Seeds of every method.
-        steps: Environment steps of each learner [steps]; natural methods may end before.
+        steps: Environment steps of each learner [steps]; None is 72,000, or 1,536,000 for natural
+            methods, which may end before.
         learner: Networks and rates, shared by all; None is what the course uses on this robot,
             which is put in here. Natural methods bring their own, and leave it None.
         task: The reward, by its name; None is the robot's first.
         evaluate_every: Environment steps between evaluations on the target [steps]; 0 is only
             at the end, as it is always for natural methods.
-        evaluate_episodes: Episodes of an evaluation.
+        evaluate_episodes: Episodes of an evaluation; None is 10, or 100 for natural methods.
         expert: Hash of the weights that methods with an expert begin with; by default those of
             the shipped expert, which is put in here.
 
@@ -59,15 +62,16 @@ class Plan:
     robot: str
     methods: Sequence[Method | NaturalMethod | str]
     seeds: Sequence[int]
-    steps: int = 72_000
+    steps: int = None  # type: ignore[assignment]
     learner: LearnerSettings = None  # type: ignore[assignment]
     task: str | None = None
     evaluate_every: int = _EVERY
-    evaluate_episodes: int = _EPISODES
+    evaluate_episodes: int = None  # type: ignore[assignment]
     expert: str | None = None
 
     def __post_init__(self) -> None:
         """Looks names up, and refuses what cannot work before anything is trained."""
+        self._fill_in()
         check_kinds(self)
         task = registry.get(self.robot).make_task(self.task)
         chosen = tuple(_named(m, task.episode_steps) for m in self.methods)
@@ -87,6 +91,14 @@ class Plan:
         check_plain(self.to_json())
         if self.expert is None and any(m.needs_expert for m in chosen):
             object.__setattr__(self, "expert", digest(load_expert(self.robot).weights))
+
+    def _fill_in(self) -> None:
+        """Puts in what is usual for the kind of method, where nothing was asked for."""
+        first = next(iter(self.methods), None) if isinstance(self.methods, Sequence) else None
+        natural = isinstance(first, NaturalMethod) or first in NATURAL_METHODS
+        for name, usual in (_NATURAL if natural else _USUAL).items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, usual)
 
     @property
     def members(self) -> tuple[Member, ...]:

@@ -81,12 +81,13 @@ def plans_of(found: Mapping[str, Any], origin: str = "a sweep") -> tuple[Plan, .
 
 def _plan(
     robot: str, task: str | None, methods: Sequence[NaturalMethod | str], seeds: Sequence[int],
-    numbers: Mapping[str, int],
+    numbers: Mapping[str, Any],
 ) -> Plan:  # fmt: skip
     """Returns the plan of one robot and reward."""
-    plan = Plan(robot=robot, methods=methods, seeds=seeds, task=task)
-    episodes = {"evaluate_episodes": 100} if plan.learner is None else {}
-    return dataclasses.replace(plan, **(episodes | dict(numbers)))
+    steps: Any = numbers.get("steps")  # None is what is usual
+    episodes: Any = numbers.get("evaluate_episodes")
+    return Plan(robot=robot, methods=methods, seeds=seeds, task=task, steps=steps,
+                evaluate_episodes=episodes)  # fmt: skip
 
 
 def _own(name: str, changes: Any, origin: str) -> NaturalMethod:
