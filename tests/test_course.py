@@ -13,11 +13,16 @@ from revolver_lab.files import write_json
 from revolver_lab.lab import lessons
 from revolver_lab.logs import write_table
 from revolver_lab.methods import METHODS
+from revolver_lab.natural_methods import NATURAL_METHODS
 from revolver_lab.runs import course, store
+from revolver_lab.runs.lesson_plans import is_natural
 from revolver_lab.runs.plan import Plan
 
 NAME = "04_deterministic_or_randomised"
 every_lesson = pytest.mark.parametrize("name", course.LESSONS)
+NATURAL = {name for name, each in course.LESSONS.items() if is_natural(each.methods)}
+scheduled_lesson = pytest.mark.parametrize("name", [n for n in course.LESSONS if n not in NATURAL])
+natural_lesson = pytest.mark.parametrize("name", sorted(NATURAL))
 
 
 def _record(folder, methods, task, offset, expert=None):
@@ -46,19 +51,30 @@ def test_every_lesson_has_a_plan_that_can_work(name, mode):
     assert tuple(m.name for m in plan.methods) == lesson.methods
     assert plan.robot == lesson.robots[0]
     assert len(plan.members) <= 25  # under four minutes on two cores
-    assert plan.steps <= (72_000 if mode == "live" else 5_000)
+    most = {"fast": 5_000, "live": 800_000 if name in NATURAL else 72_000}
+    assert plan.steps <= most[mode]
     assert lesson.run.status().state == "new"
-    assert ("--plan" in plan.command) == (mode == "fast" or plan.evaluate_every != 24_000)
+    assert ("--plan" in plan.command) == (mode == "fast" or plan.evaluate_every not in (0, 24_000))
 
 
-@every_lesson
+@scheduled_lesson
 def test_live_trains_the_very_methods_that_were_recorded(name):
     lesson = course.lesson(name, "live")
     plan = Plan(robot=lesson.robots[0], methods=lesson.methods, seeds=range(10))
     assert dataclasses.replace(lesson.plan, seeds=plan.seeds, evaluate_every=24_000) == plan
 
 
-@every_lesson
+@natural_lesson
+def test_live_and_fast_train_the_natural_methods_that_were_recorded(name):
+    for mode, changed in (("live", set()), ("fast", {"trajectories", "length", "warm_batches"})):
+        for row in course.lesson(name, mode).plan.methods:
+            whole = NATURAL_METHODS[row.name]
+            same = {field: getattr(whole.settings, field) for field in changed}
+            assert dataclasses.replace(row, settings=dataclasses.replace(row.settings, **same)) == (
+                whole)  # fmt: skip
+
+
+@scheduled_lesson
 def test_fast_changes_the_path_and_nothing_else(name):
     lesson = course.lesson(name, "fast")
     path = {"alpha_step", "xi", "episodes_per_phase", "final_episodes", "window"}
@@ -115,6 +131,8 @@ def test_without_torch_one_can_read_but_not_train(monkeypatch):
     for mode in ("live", "fast"):
         with pytest.raises(MissingExtraError, match=r"pip install 'revolver-lab\[train\]'"):
             rvl.lab.lesson(NAME, mode)
+        for name in NATURAL:  # numpy is enough
+            assert rvl.lab.lesson(name, mode).run is not None
 
 
 def test_recorded_rows_come_in_the_lessons_order_and_of_the_asked_reward(tmp_path):
