@@ -130,6 +130,7 @@ def _runs(commands: Commands) -> None:
     tell.add_argument("runs", metavar="RUN", nargs="+", help=which)
     tell.add_argument("--threshold", type=float, help="mean return from which on a learner "
                       "succeeds (half of what the expert earns on its own robot)")  # fmt: skip
+    tell.add_argument("--markdown", action="store_true", help="as a page would have it")
     tell.add_argument("--csv", type=Path, help="a file for the table")
     store = _add(commands, "keep", "reporting:keep", "copy finished runs, without what is large")
     store.add_argument("runs", metavar="FOLDER", nargs="+", type=Path, help="a run's folder")

@@ -9,7 +9,9 @@ from revolver_lab.errors import SettingsError
 from revolver_lab.evaluation import evaluate_success
 from revolver_lab.logs import write_table
 from revolver_lab.robots import registry
-from revolver_lab.runs import Results, Run, recorded
+from revolver_lab.runs import Results, Run
+from revolver_lab.runs.markdown import markdown
+from revolver_lab.runs.recordings import recorded_kinds
 from revolver_lab.runs.so_far import so_far
 from revolver_lab.runs.store import CONFIG
 from revolver_lab.runs.summary import describe, rows
@@ -36,10 +38,11 @@ def evaluate(arguments: Arguments) -> int:
 
 def report(arguments: Arguments) -> int:
     """Prints one table a run, and writes one file for all."""
-    found = [(name, _results(name)) for name in arguments.runs]
+    found = [pair for name in arguments.runs for pair in _results(name)]
     for name, results in found:
         print(f"{results.robot}: {name}" if name != results.robot else name)
-        print(describe(results, arguments.threshold), end="\n\n" if len(found) > 1 else "\n")
+        told = markdown(results) if arguments.markdown else describe(results, arguments.threshold)
+        print(told, end="\n\n" if len(found) > 1 else "\n")
     if arguments.csv is None:
         return 0
     table = [{"run": name} | row for name, results in found
@@ -47,12 +50,12 @@ def report(arguments: Arguments) -> int:
     return wrote(write_table(arguments.csv, table))
 
 
-def _results(given: str) -> Results:
-    """Results of a folder, or of a robot's recorded runs."""
+def _results(given: str) -> list[tuple[str, Results]]:
+    """Results of a folder, or all that is recorded of a robot, each with its title."""
     if (Path(given) / CONFIG).is_file():
-        return Run.open(given).results()
+        return [(given, Run.open(given).results())]
     if Path(given).name in rvl.names() and not Path(given).is_dir():
-        return recorded(given)
+        return recorded_kinds(given)
     raise SettingsError(f"run {given!r}", f"a run's folder, or one of {rvl.names()}",
                         "Runs are in out/runs; recorded ones go by their robot.")  # fmt: skip
 

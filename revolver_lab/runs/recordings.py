@@ -9,6 +9,7 @@ from revolver_lab.experts import load_expert
 from revolver_lab.files import asset_folder
 from revolver_lab.methods import method
 from revolver_lab.natural_methods import NATURAL_METHODS
+from revolver_lab.robots import registry
 from revolver_lab.runs import store
 from revolver_lab.runs.plan import Plan
 from revolver_lab.runs.results import Results, read_results
@@ -50,6 +51,30 @@ def recorded(robot: str, methods: Sequence[str] | None = None, *, folder: Path |
                             "Train one: revolver-lab transfer.")  # fmt: skip
     merged = _merge(found)
     return merged.select([*map(_known, methods)]) if methods else merged
+
+
+def recorded_kinds(robot: str, *, folder: Path | None = None) -> list[tuple[str, Results]]:
+    """Returns all tables of a robot, each with a title: the course's, and natural ones by task.
+
+    Args:
+        robot: Registered name.
+        folder: Where recorded runs are; None is those that are shipped.
+
+    Raises:
+        SettingsError: If nothing is recorded.
+    """
+    home = folder or asset_folder("results")
+    plans = [store.read_plan(p.parent) for p in sorted(home.glob(f"{robot}-*/{store.CARD}"))]
+    tasks = dict.fromkeys(p.task for p in plans if p.robot == robot and p.learner is None)
+    usual = next(iter(registry.get(robot).tasks))
+    found: list[tuple[str, Results]] = []
+    if any(p.robot == robot and p.learner is not None for p in plans) or not tasks:
+        found.append((robot, recorded(robot, folder=folder)))
+    for task in sorted(tasks, key=lambda task: (task != usual, task)):
+        title = robot if task == usual and not found else f"natural methods, {task}"
+        some = recorded(robot, folder=folder, settings={"task": task}, natural=True)
+        found.append((title, some))
+    return found
 
 
 def _known(name: str) -> str:

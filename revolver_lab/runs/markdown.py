@@ -1,0 +1,50 @@
+"""Tables of results as Markdown, for pages that a test holds to the recorded runs."""
+
+import math
+
+from revolver_lab import stats
+from revolver_lab.runs.natural_summary import GOOD, is_natural, natural_rows
+from revolver_lab.runs.results import Results
+from revolver_lab.runs.summary import SUCCESS
+
+_RETURNS = "| method | return on E(1), mean over seeds (95 % interval) | above half of home |"
+_SUCCESSES = (
+    f"| method | success on E(1), mean over seeds (95 % interval) | lowest | at least {GOOD:.0%} "
+    "| iterations until the gate was content, median | alpha at the end |"
+)
+
+
+def markdown(results: Results) -> str:
+    """Returns one row a method, and below the table what it cost.
+
+    Args:
+        results: Of one robot and task; of natural methods successes are told, else returns.
+    """
+    lines = _successes(results) if is_natural(results) else _returns(results)
+    commands = [f"    {command}" for command in dict.fromkeys(results.commands)]
+    return "\n".join([*lines, "", f"Cost: {results.cost}.", "", *commands])
+
+
+def _successes(results: Results) -> list[str]:
+    """Returns the table of natural methods."""
+    lines = [_SUCCESSES, "|---|---|---|---|---|---|"]
+    for row in natural_rows(results):
+        spread = f"{row['success']:.3f} ({row['success_low']:.3f} to {row['success_high']:.3f})"
+        median = row["median_iterations"]
+        when = f"{median:.0f}" if math.isfinite(median) else f"not in {row['censored_at']}"
+        if math.isfinite(median) and row["finished"] < row["seeds"]:
+            when += f"; {row['seeds'] - row['finished']} not in {row['censored_at']}"
+        lines.append(f"| {row['method']} | {spread} | {row['least']:.2f} | {row['good']} of "
+                     f"{row['seeds']} | {when} | {row['farthest']:.2f} |")  # fmt: skip
+    return lines
+
+
+def _returns(results: Results) -> list[str]:
+    """Returns the table of the other methods."""
+    least = SUCCESS * (results.expert_return or math.inf)
+    lines = [_RETURNS, "|---|---|---|"]
+    for method, scores in results.scores().items():
+        found = stats.interval(scores, "mean")
+        lines.append(f"| {method} | {found.value:.1f} ({found.low:.1f} to {found.high:.1f}) | "
+                     f"{int((scores > least).sum())} of {len(scores)} |")  # fmt: skip
+    return lines
