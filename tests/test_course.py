@@ -16,7 +16,10 @@ from revolver_lab.methods import METHODS
 from revolver_lab.natural_methods import NATURAL_METHODS
 from revolver_lab.runs import course, store
 from revolver_lab.runs.lesson_plans import is_natural
+from revolver_lab.runs.natural_summary import over_iterations
 from revolver_lab.runs.plan import Plan
+from revolver_lab.runs.results import LearnerResult, Results
+from revolver_lab.stats import Cost
 
 NAME = "04_deterministic_or_randomised"
 every_lesson = pytest.mark.parametrize("name", course.LESSONS)
@@ -189,3 +192,17 @@ def test_fast_trains_every_row_with_two_seeds_and_leaves_nothing_behind():
     assert folder.exists()
     del lesson
     assert not folder.exists()
+
+
+def test_numbers_of_iterations_are_as_long_as_the_longest_learners():
+    def learner(seed, alphas):
+        return LearnerResult(
+            method="npg-revolver", seed=seed, returns=np.ones(1), steps=np.ones(1),
+            curve=np.ones(1), phases=(), cost=Cost(steps=1, seconds=1.0), failure="",
+            folder=course.ROOT, iterations=tuple({"alpha": a} for a in alphas),
+        )  # fmt: skip
+
+    found = Results(robot="x", learners=(learner(1, [0.0, 0.5, 1.0]), learner(0, [0.2])),
+                    expert_steps=0, commands=())  # fmt: skip
+    table = over_iterations(found, "alpha")["npg-revolver"]
+    assert table.tolist() == [[0.2, 0.2, 0.2], [0.0, 0.5, 1.0]]

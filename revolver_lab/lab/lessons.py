@@ -1,10 +1,13 @@
 """Lessons as notebooks meet them: watched where they are trained, drawn where they are recorded."""
 
+import numpy as np
+
 from revolver_lab.lab.plots import curves
 from revolver_lab.lab.trees import Drawing
 from revolver_lab.lab.watch import watch
 from revolver_lab.lab.watching import Watching
 from revolver_lab.runs import course
+from revolver_lab.runs.natural_summary import is_natural, over_iterations
 
 
 class Lesson(course.Lesson):
@@ -15,7 +18,8 @@ class Lesson(course.Lesson):
 
         Returns:
             What `rvl.lab.watch` returns where something is trained; otherwise returns on the
-            target against steps, with intervals, seeds and cost.
+            target against steps, with intervals, seeds and cost. Of natural methods it shows the
+            success of the episodes that they trained on, against iterations.
 
         Raises:
             SettingsError: If a row was not recorded.
@@ -23,6 +27,11 @@ class Lesson(course.Lesson):
         if self.run is not None:
             return watch(self.run)
         results = self.results()
+        if is_natural(results):
+            trained = over_iterations(results, "success", self.methods)
+            count = np.arange(trained[self.methods[0]].shape[1])
+            return curves(trained, count, cost=results.cost, title=f"{results.robot}, recorded",
+                          xlabel="iteration", ylabel="success in training")  # fmt: skip
         steps, _ = results.curve(self.methods[0])
         by_method = {name: results.curve(name)[1] for name in self.methods}
         return curves(by_method, steps, cost=results.cost, title=f"{results.robot}, recorded",

@@ -1,5 +1,6 @@
 """Results of natural methods as a small table: success on the target, and how long it took."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,26 @@ def _row(results: Results, method: str) -> dict[str, Any]:
         "minutes": float(np.median([one.cost.seconds for one in some])) / 60,
         "failures": sum(bool(one.failure) for one in some),
     }  # fmt: skip
+
+
+def over_iterations(
+    results: Results, key: str, methods: Sequence[str] | None = None
+) -> dict[str, np.ndarray]:
+    """Returns a number of every iteration, (seeds, iterations) a method.
+
+    A learner that ended before others goes on with its last value, so that all are as long.
+
+    Args:
+        results: Of natural methods.
+        key: A field of `revolver_lab.natural_log.Iteration`, such as "alpha" or "success".
+        methods: Which methods; None takes all.
+    """
+    chosen = methods or results.methods
+    made = {name: [[i[key] for i in one.iterations] for one in results.of(name)]
+            for name in chosen}  # fmt: skip
+    longest = max(len(row) for rows in made.values() for row in rows)
+    return {name: np.array([row + row[-1:] * (longest - len(row)) for row in rows])
+            for name, rows in made.items()}  # fmt: skip
 
 
 def success_of(one: LearnerResult) -> float:
