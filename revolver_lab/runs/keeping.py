@@ -1,13 +1,20 @@
 """Recorded runs: what of a finished run is worth keeping beside the code, and what is not."""
 
+import csv
+import itertools
+import math
 import shlex
 import shutil
 from pathlib import Path
 
 from revolver_lab.errors import SettingsError
 from revolver_lab.files import write_atomically, write_json
+from revolver_lab.logs import write_table
 from revolver_lab.runs import store
 from revolver_lab.runs.results import LearnerResult, read_results
+
+_MOST_ROWS = 400
+"""Of a learner in a table."""
 
 _TABLES = (store.LEARNERS, store.PHASES, store.EVALUATIONS, store.ITERATIONS)
 
@@ -15,8 +22,9 @@ _TABLES = (store.LEARNERS, store.PHASES, store.EVALUATIONS, store.ITERATIONS)
 def keep(folder: str | Path, out: str | Path) -> Path:
     """Copies a finished run into a folder of recorded ones, without what is large.
 
-    Every number of every learner stays. Of the policies only the actor of each method's lowest
-    seed does, and the expert goes: the plan holds the hash of its weights.
+    Every number of every learner stays, but for long natural runs, whose iterations are thinned.
+    Of the policies only the actor of each method's lowest seed stays, and the expert goes: the
+    plan holds the hash of its weights.
 
     Args:
         folder: The run's folder.
@@ -38,15 +46,31 @@ def keep(folder: str | Path, out: str | Path) -> Path:
     shutil.rmtree(target / store.POLICIES, ignore_errors=True)
     for one in kept:
         _keep_actor(one, target)
-    tables = [name for name in _TABLES if (folder / name).exists()]
-    for name in (*tables, store.CONFIG):
+    card = store.read_json(folder / store.CARD)
+    for name in (name for name in _TABLES if (folder / name).exists()):
         write_atomically(target / name, (folder / name).read_bytes())
+        if name in (store.ITERATIONS, store.PHASES) and plan.learner is None:
+            _thin(target / name)
+            card["digests"][name] = store.digest_of(target / name)
+    write_atomically(target / store.CONFIG, (folder / store.CONFIG).read_bytes())
     config = (Path(plan.name) if target.is_absolute() else target) / store.CONFIG
     command = plan.command.replace(store.CONFIG, shlex.quote(str(config)))
     left_out = _left_out(kept, len(results.learners))
-    card = store.read_json(folder / store.CARD) | {"command": command, "left_out": left_out}
-    write_json(target / store.CARD, card)
+    write_json(target / store.CARD, card | {"command": command, "left_out": left_out})
     return target
+
+
+def _thin(path: Path) -> None:
+    """Leaves every so-many-th row of a long learner in a table, its last one included."""
+    with open(path, newline="") as file:
+        rows = [*csv.DictReader(file)]
+    left = []
+    for _, some in itertools.groupby(rows, lambda row: (row["method"], row["seed"])):
+        mine = [*some]
+        every = math.ceil(len(mine) / _MOST_ROWS)
+        left += mine[(len(mine) - 1) % every :: every]
+    if len(left) < len(rows):
+        write_table(path, left)
 
 
 def _keep_actor(one: LearnerResult, target: Path) -> None:

@@ -40,7 +40,7 @@ def _row(results: Results, method: str) -> dict[str, Any]:
     some = results.of(method)
     scores = np.array([success_of(one) for one in some])
     mean, good = stats.interval(scores, "mean"), stats.success(scores >= GOOD)
-    made = np.array([len(one.iterations) for one in some])
+    made = np.array([iterations_of(one) for one in some])
     content = np.array([bool(one.finished) for one in some])
     curve = stats.kaplan_meier(made, content)
     return {
@@ -62,7 +62,8 @@ def over_iterations(
 ) -> dict[str, np.ndarray]:
     """Returns a number of every iteration, (seeds, iterations) a method.
 
-    A learner that ended before others goes on with its last value, so that all are as long.
+    A learner that ended before others goes on with its last value, so that all are as long; where
+    a table was thinned, the value before stands in.
 
     Args:
         results: Of natural methods.
@@ -70,11 +71,21 @@ def over_iterations(
         methods: Which methods; None takes all.
     """
     chosen = methods or results.methods
-    made = {name: [[i[key] for i in one.iterations] for one in results.of(name)]
+    longest = max(iterations_of(one) for name in chosen for one in results.of(name))
+    return {name: np.stack([_filled(one, key, longest) for one in results.of(name)])
             for name in chosen}  # fmt: skip
-    longest = max(len(row) for rows in made.values() for row in rows)
-    return {name: np.array([row + row[-1:] * (longest - len(row)) for row in rows])
-            for name, rows in made.items()}  # fmt: skip
+
+
+def _filled(one: LearnerResult, key: str, longest: int) -> np.ndarray:
+    """Returns a number of every iteration, (longest,)."""
+    at = np.array([made["iteration"] for made in one.iterations])
+    known = np.array([made[key] for made in one.iterations])
+    return known[np.maximum(np.searchsorted(at, np.arange(longest), side="right") - 1, 0)]
+
+
+def iterations_of(one: LearnerResult) -> int:
+    """Returns how many iterations a learner made."""
+    return int(one.iterations[-1]["iteration"]) + 1 if one.iterations else 0
 
 
 def success_of(one: LearnerResult) -> float:
