@@ -114,6 +114,23 @@ def load_expert(name: str) -> Policy:
     return Policy.load(path)
 
 
+def home_return(name: str, task: str | None = None) -> float | None:
+    """Returns what the shipped expert returned on the source robot, unshaped; None if unknown.
+
+    Args:
+        name: One of `revolver_lab.names()`.
+        task: The reward; the card speaks of the robot's first, which is None.
+
+    Example:
+        >>> home_return("cheetah-segment"), home_return("ant-leg-emerge")
+        (160.5, None)
+    """
+    known = (expert_folder() / f"{name}.safetensors").is_file()
+    if not known or task not in (None, next(iter(registry.get(name).tasks))):
+        return None
+    return load_expert(name).card.episode_return
+
+
 def train_expert(
     name: str,
     *,

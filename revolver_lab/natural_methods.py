@@ -1,4 +1,4 @@
-"""What is compared on the hand, each a configuration of the one loop in `natural_loop`."""
+"""What is compared by natural policy gradient: each configures the loop in `natural_loop`."""
 
 import dataclasses
 import difflib
@@ -96,6 +96,8 @@ _ROWS = (
     # Both begin with the expert, as direct transfer does, and imitate it as well.
     NaturalMethod(name="dapg", algorithm="DAPG", gate=_AT_TARGET, demonstrations=_EPISODES),
     NaturalMethod(name="soil", algorithm="SOIL", gate=_AT_TARGET, demonstrations=_EPISODES),
+    NaturalMethod(name="soil-scratch", algorithm="SOIL", gate=_AT_TARGET, expert=False,
+                  demonstrations=_EPISODES),
     # Is gradual needed? Equal jumps, each made when the usual gate would take its largest step.
     *(NaturalMethod(name=f"jumps-{n}", gate=SteppedGate(alpha_step=1 / n))
       for n in (1, 2, 4, 8, 16, 64)),
@@ -113,6 +115,30 @@ _ROWS = (
 
 NATURAL_METHODS: Mapping[str, NaturalMethod] = {row.name: row for row in _ROWS}
 """Every natural method by name; xi, h and the step that a name does not tell are the pilot's."""
+
+
+def natural_fitted(method: NaturalMethod, episode_steps: int, home: float | None) -> NaturalMethod:
+    """Returns a method of the table for a task that tells no success, the cheetahs' for example.
+
+    The table is written for the hand, whose tasks have a goal. Without one a success is half of
+    what the expert returns at home. Returns are of whole episodes, and so are the trajectories:
+    as many that a batch takes as many steps as before.
+
+    Args:
+        method: One of `NATURAL_METHODS`.
+        episode_steps: Steps of an episode that does not end early [steps].
+        home: What the expert returns on the source, unshaped; None where nobody knows.
+
+    Example:
+        >>> fitted = natural_fitted(NATURAL_METHODS["soil"], 200, 160.0)
+        >>> fitted.least_return, fitted.settings.length, fitted.settings.trajectories
+        (80.0, 200, 19)
+    """
+    usual = method.settings
+    trajectories = max(round(usual.trajectories * usual.length / episode_steps), 1)
+    settings = dataclasses.replace(usual, trajectories=trajectories, length=episode_steps)
+    least = None if home is None else home / 2
+    return dataclasses.replace(method, settings=settings, least_return=least)
 
 
 def natural_method(name: str) -> NaturalMethod:

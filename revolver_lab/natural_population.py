@@ -9,7 +9,9 @@ import numpy as np
 from revolver_lab.demonstration_sources import record
 from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.errors import SettingsError
+from revolver_lab.learners.natural.actor import Actor
 from revolver_lab.learners.natural.algorithms import IMITATORS
+from revolver_lab.learners.natural.cloning import EPISODES, gaussian_clone
 from revolver_lab.learners.natural.npg import NPG
 from revolver_lab.methods import Member
 from revolver_lab.natural_log import Iteration, NaturalLog
@@ -32,7 +34,8 @@ class NaturalPopulation:
     Args:
         evolve: The evolution, or the name of a registered one.
         members: The learners, their methods each a `NaturalMethod`.
-        expert: pi on E(0) for the methods that carry one or imitate one.
+        expert: pi on E(0) for the methods that carry one or imitate one. What is carried has a
+            Gaussian head: of another expert, its clone.
         steps: Environment steps at which a learner ends if its gate has not [steps].
         task: A reward of the registered robot, or a task for an evolution of your own.
         evaluate_episodes: Fresh episodes on the target at the end of each; 0 plays none.
@@ -40,7 +43,7 @@ class NaturalPopulation:
         report: Called after every iteration of a learner.
 
     Raises:
-        PolicyFileError: If the expert does not fit the robot, or has no Gaussian head.
+        PolicyFileError: If the expert does not fit the robot.
         SettingsError: If the task does not tell success.
     """
 
@@ -57,17 +60,28 @@ class NaturalPopulation:
 
     def _loop(self, member: Member) -> NaturalTransfer:
         """Makes the loop of a learner."""
-        evolve, expert, steps, task, nthread = self._make
+        evolve, _, steps, task, nthread = self._make
         method, teacher = member.method, None
         if method.algorithm in IMITATORS:
             teacher = self._teacher(method.demonstrations)
         heard = functools.partial(self._report, member) if self._report else None
         return NaturalTransfer(
-            expert if method.expert else None, evolve, method.gate, algorithm=method.algorithm,
+            self._carried if method.expert else None, evolve, method.gate,
+            algorithm=method.algorithm,
             settings=method.settings, demonstrations=teacher, steps=steps, seed=member.seed,
             task=task, success=Success(least_return=method.least_return), nthread=nthread,
             report=heard,
         )  # fmt: skip
+
+    @functools.cached_property
+    def _carried(self) -> Policy | None:
+        """Returns the expert, or its clone; the same for every learner, in any process."""
+        evolve, expert, _, task, _ = self._make
+        if expert is None or Actor.takes(expert):
+            return expert
+        drawn = record(expert, evolve, EPISODES, seed=EVALUATION_SEEDS, task=task,
+                       deterministic=False)  # fmt: skip
+        return gaussian_clone(expert, drawn)
 
     def _teacher(self, episodes: int) -> Demonstrations:
         """Returns what the expert does on the source robot, the same for every learner."""

@@ -14,14 +14,16 @@ from natural_puck import EXPERT, Reach, puck
 from small_runs import files_of
 
 from revolver_lab import cli
-from revolver_lab.errors import PolicyFileError, RevolverError, SettingsError
+from revolver_lab.demonstration_sources import record
+from revolver_lab.errors import RevolverError, SettingsError
+from revolver_lab.experts import load_expert
 from revolver_lab.learners.natural.settings import PILOT
 from revolver_lab.methods import METHODS, Member
 from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod
 from revolver_lab.natural_population import NaturalPopulation
 from revolver_lab.policies import Policy
-from revolver_lab.runs import Plan, Run, checkpoint, keep, recorded, store
-from revolver_lab.runs.natural_summary import natural_rows
+from revolver_lab.runs import Plan, Run, checkpoint, keep, keeping, recorded, store
+from revolver_lab.runs.natural_summary import natural_rows, over_iterations
 from revolver_lab.runs.sweep import sweep
 from revolver_lab.runs.sweep_file import plans_of, read_sweep
 
@@ -116,7 +118,9 @@ def test_a_plan_of_natural_methods_comes_back_from_its_file_and_has_no_learner()
         ({"methods": ["npg-direct", "direct"]}, "npg-direct"),
         ({"methods": ["npg-direct", METHODS["direct"]]}, "Make a plan for each kind"),
         ({"methods": ["npg-directt"]}, "npg-direct"),
-        ({"robot": "cheetah-front-leg", "methods": ["npg-direct"]}, None),
+        ({"robot": "ant-leg-emerge", "methods": ["npg-direct"]}, "expert of 'ant-leg-emerge'"),
+        ({"robot": "ant-leg-emerge", "methods": ["npg-scratch"]}, "least_return = None"),
+        ({"robot": "cheetah-segment", "methods": ["soil"], "task": "dense"}, "least_return = None"),
     ],
 )
 def test_plans_that_mix_or_cannot_work_are_refused(changes, text, tmp_path):
@@ -124,12 +128,33 @@ def test_plans_that_mix_or_cannot_work_are_refused(changes, text, tmp_path):
         Run(Plan(**({"robot": "adroit-door", "seeds": [0]} | changes)), root=tmp_path).prepare(1)
 
 
-def test_an_expert_without_a_gaussian_head_is_refused_before_anything_is_made(tmp_path):
-    changed = dataclasses.replace(small("own"), least_return=50.0)
-    plan = Plan(robot="cheetah-front-leg", methods=[changed], seeds=[0])
-    with pytest.raises(PolicyFileError, match="gaussian"):
-        Run(plan, root=tmp_path).prepare(1)
-    assert not list(tmp_path.rglob("*"))
+def test_a_task_that_tells_no_success_has_one_from_the_expert_and_whole_episodes():
+    plan = Plan(robot="cheetah-segment", methods=["soil", small("own")], seeds=[0])
+    soil, own = plan.methods
+    usual = NATURAL_METHODS["soil"].settings
+    assert soil.least_return == load_expert("cheetah-segment").card.episode_return / 2
+    assert soil.settings.length == 200
+    batch = soil.settings.trajectories * 200
+    assert abs(batch - usual.trajectories * usual.length) <= 100
+    assert own == small("own")  # who brings a method has said what it is
+    assert "soil" in Plan(robot="cheetah-segment", methods=["soil"], seeds=[0]).command
+    assert Plan(robot="adroit-door", methods=["soil"], seeds=[0]).methods == (
+        NATURAL_METHODS["soil"],)  # fmt: skip
+
+
+def test_what_is_carried_of_an_expert_with_another_head_is_its_clone():
+    tiny = {"settings": SMALL, "least_return": 50.0}
+    rows = [dataclasses.replace(NATURAL_METHODS[name], **tiny) for name in ("npg-direct", "soil")]
+    expert = load_expert("cheetah-segment")
+    members = [Member(method=row, seed=0) for row in rows]
+    population = NaturalPopulation("cheetah-segment", members, expert=expert, steps=100)
+    clone = population.policy()
+    assert clone.head == "gaussian"
+    seen = record(expert, "cheetah-segment", 2, seed=5).observations
+    assert np.abs(clone(seen) - expert(seen)).mean() < 0.05
+    again = NaturalPopulation("cheetah-segment", members[1:], expert=expert, steps=100).policy()
+    for name, array in clone.weights.items():
+        assert np.array_equal(array, again.weights[name]), name
 
 
 @pytest.mark.parametrize(
@@ -202,6 +227,23 @@ def test_a_sweep_ends_in_tables_that_say_what_every_learner_came_to(peace, tmp_p
     again = recorded("adroit-door", folder=tmp_path, natural=True)
     assert again.methods == ("tiny", "npg-like")
     assert (kept / store.ITERATIONS).read_bytes() == (peace.folder / store.ITERATIONS).read_bytes()
+
+
+def test_long_runs_are_thinned_where_they_are_kept_and_say_as_much_as_before(
+    peace, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(keeping, "_MOST_ROWS", 3)
+    keep(peace.folder, tmp_path)
+    short, long = recorded("adroit-door", folder=tmp_path, natural=True), peace.results()
+    assert natural_rows(short) == natural_rows(long)
+    for name in ("alpha", "steps"):
+        some, every = (over_iterations(r, name)["tiny"] for r in (short, long))
+        assert some.shape == every.shape
+        assert np.array_equal(some[:, -1], every[:, -1])
+        assert (some <= every).all()  # the value before stands in, and both only grow
+    assert (
+        max(len(one.iterations) for one in short.learners) <= 3 < len(long.learners[0].iterations)
+    )
 
 
 def test_a_sweep_that_is_done_trains_nothing_again(peace):

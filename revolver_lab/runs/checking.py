@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from revolver_lab.errors import SettingsError
-from revolver_lab.learners.natural.actor import Actor
 from revolver_lab.learners.settings import LearnerSettings
 from revolver_lab.methods import Method
 from revolver_lab.natural_methods import NaturalMethod
@@ -130,24 +129,21 @@ def check_machine(plan: "Plan", expert: Policy | None) -> None:
     if expert is not None:
         expert.fits(*sizes)
     if plan.learner is None:
-        check_natural(plan, env, expert)
+        check_natural(plan, env)
         return
     capacity = capacity_of(plan.steps, plan.members, plan.learner, env.task.episode_steps)
     check_memory(len(plan.members), capacity, *sizes)
 
 
-def check_natural(plan: "Plan", env: "RobotVectorEnv", expert: Policy | None) -> None:
-    """Refuses an expert that cannot be carried, and a task that does not tell success.
+def check_natural(plan: "Plan", env: "RobotVectorEnv") -> None:
+    """Refuses a task that does not tell success.
 
     Args:
         plan: Of natural methods.
         env: A simulation of its robot.
-        expert: What they begin with, or None.
     """
     for each in plan.methods:
         Success(least_return=each.least_return).check(env)  # type: ignore[union-attr]
-    if expert is not None and any(each.expert for each in plan.methods):  # type: ignore[union-attr]
-        Actor.of(expert, 0.0)
 
 
 def _several(value: Any) -> bool:

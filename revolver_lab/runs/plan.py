@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from revolver_lab.errors import RevolverError, SettingsError
-from revolver_lab.experts import course_learner, load_expert
+from revolver_lab.experts import course_learner, home_return, load_expert
 from revolver_lab.learners.settings import LearnerSettings
 from revolver_lab.methods import METHODS, Member, Method, fitted, members, method
-from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod
+from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod, natural_fitted
 from revolver_lab.policies import Policy
 from revolver_lab.preflight import check_steps
 from revolver_lab.robots import registry
@@ -34,8 +34,8 @@ class Plan:
     Attributes:
         robot: Registered name.
         methods: What is compared; names are looked up in `revolver_lab.methods`, and fitted to
-            the length of the task's episodes, or in `revolver_lab.natural_methods`. All are of
-            one kind.
+            the length of the task's episodes, or in `revolver_lab.natural_methods`, and fitted to
+            a task that tells no success. All are of one kind.
         seeds: Seeds of every method.
         steps: Environment steps of each learner [steps]; None is 72,000, or 1,536,000 for natural
             methods, which may end before.
@@ -74,7 +74,7 @@ class Plan:
         self._fill_in()
         check_kinds(self)
         task = registry.get(self.robot).make_task(self.task)
-        chosen = tuple(_named(m, task.episode_steps) for m in self.methods)
+        chosen = tuple(_named(m, self.robot, self.task) for m in self.methods)
         check_one_kind(chosen, self.learner)
         if self.learner is None and not _natural(chosen):
             object.__setattr__(self, "learner", course_learner(self.robot))
@@ -187,13 +187,18 @@ class Plan:
         return expert
 
 
-def _named(given: Method | NaturalMethod | str, episode_steps: int) -> Method | NaturalMethod:
-    """Returns a method of either table by name; a method stays as it is."""
-    if isinstance(given, str):
-        if given in NATURAL_METHODS:
-            return NATURAL_METHODS[given]
-        return fitted(method(given), episode_steps)
-    return given
+def _named(
+    given: Method | NaturalMethod | str, robot: str, task: str | None
+) -> Method | NaturalMethod:
+    """Returns a method of either table by name, fitted to the task; a method stays as it is."""
+    if not isinstance(given, str):
+        return given
+    made = registry.get(robot).make_task(task)
+    if given not in NATURAL_METHODS:
+        return fitted(method(given), made.episode_steps)
+    if made.goal_steps is not None:
+        return NATURAL_METHODS[given]
+    return natural_fitted(NATURAL_METHODS[given], made.episode_steps, home_return(robot, task))
 
 
 def _natural(methods: Sequence[Method | NaturalMethod]) -> bool:

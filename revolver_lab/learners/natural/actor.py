@@ -54,6 +54,11 @@ class Actor:
         self.log_std = flat[len(flat) - sizes[-1] :]
         self._block = networks.block_rows(sizes)
 
+    @staticmethod
+    def takes(policy: Policy) -> bool:
+        """Whether a policy has a Gaussian head whose log_std does not depend on the state."""
+        return policy.head == "gaussian" and "actor.log_std.weight" not in policy.weights
+
     @classmethod
     def of(cls, policy: Policy, log_std: float, dtype: type = np.float32) -> "Actor":
         """Takes a policy's actor over.
@@ -66,11 +71,11 @@ class Actor:
         Raises:
             PolicyFileError: If it has another head.
         """
-        if policy.head != "gaussian" or "actor.log_std.weight" in policy.weights:
+        if not cls.takes(policy):
             raise PolicyFileError(
                 f"a policy with the head {policy.head!r}",
                 "a 'gaussian' head whose actor.log_std does not depend on the state",
-                "NPG carries NPG's policies: train an expert with it, or start from scratch.",
+                "Carry its clone: revolver_lab.learners.natural.cloning.gaussian_clone.",
             )
         weights, layers = policy.weights, policy.layers
         pairs = [(weights[f"actor.{i}.weight"], weights[f"actor.{i}.bias"]) for i in range(layers)]
