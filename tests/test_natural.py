@@ -219,8 +219,8 @@ def test_soils_inverse_model_tells_the_action_between_two_states(evolve, teacher
     env = environment(evolve, alphas=1.0)
     for _ in range(25):
         soil.iterate(env)
-    before, after = teacher.observations, teacher.next_observations
-    told = soil.inverse.predict(np.concatenate([before, after - before], axis=1))
+    told = soil.tell(dataclasses.replace(teacher, actions=np.ones_like(teacher.actions)))
+    assert np.abs(told).max() <= 1
     assert not teacher.actions[:, 1].any()
     assert np.corrcoef(told[:, 1], teacher.actions[:, 0])[0, 1] > 0.8
 

@@ -51,20 +51,34 @@ class SOIL(NPG):
         weight = imitation_weight(self.settings, self.iterations, advantages)
         if self.demonstrations is None or weight == 0:
             return None
-        self._learn(batch)
-        teacher = self.demonstrations
-        actions = self.inverse.predict(_pairs(teacher.observations, teacher.next_observations))
-        return Rows(observations=teacher.observations, actions=np.clip(actions, -1, 1),
+        self.learn(batch)
+        actions = self.tell(self.demonstrations)
+        return Rows(observations=self.demonstrations.observations, actions=actions,
                     weights=np.full(len(actions), weight))  # fmt: skip
 
-    def _learn(self, batch: Trajectories) -> None:
-        """Fits the inverse model to the latest batches; the robot moved by clipped actions."""
+    def learn(self, batch: Trajectories) -> None:
+        """Fits the inverse model to this and the latest batches.
+
+        The robot was moved by clipped actions: these are fitted to.
+
+        Args:
+            batch: As `sample` gives it; the last `inverse_batches` are remembered.
+        """
         inside = batch.inside
         pairs = _pairs(batch.observations[:-1][inside], batch.observations[1:][inside])
         self._memory.append((pairs, np.clip(batch.actions[inside], -1, 1)))
         del self._memory[: -self.settings.inverse_batches]
         x, y = (np.concatenate(parts) for parts in zip(*self._memory))
         self.inverse.fit(x, y, self.settings.inverse_epochs)
+
+    def tell(self, teacher: Demonstrations) -> np.ndarray:
+        """Returns which actions lead from state to state, (N, A), on the robot it has learnt of.
+
+        Args:
+            teacher: Its states are looked at, its actions are not.
+        """
+        told = self.inverse.predict(_pairs(teacher.observations, teacher.next_observations))
+        return np.clip(told, -1, 1)
 
     def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Returns all that `restore` needs, the inverse model and its memory included."""
