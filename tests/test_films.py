@@ -92,12 +92,13 @@ def test_at_half_speed_there_are_twice_the_frames_of_the_same_poses(evolve):
 
 def test_a_goal_is_counted_in_the_caption_and_held_for_more_steps_than_needed_is_success(evolve):
     goal = rollout(evolve, held=np.array([0, 0, 1, 2, 3]), goal_steps=2)
-    assert [films._achieved(goal, row) for row in (1, 3, 4)] == [
+    assert [films.achieved(goal, row) for row in (1, 3, 4)] == [
         "goal not held", "goal held 2 steps", "goal held 3 steps: success",
     ]  # fmt: skip
     assert [goal.success(row) for row in (1, 3, 4)] == [False, False, True]
     assert goal.success()
-    assert films._achieved(rollout(evolve), 3) == "reward 3"
+    assert films.achieved(rollout(evolve), 3) == "reward 3"
+    assert films.achieved(rollout(evolve)) == "reward 5"
     assert not rollout(evolve).success()
 
 

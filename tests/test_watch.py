@@ -428,6 +428,28 @@ def test_without_opengl_one_recorded_picture_stands_in_and_says_so(trained, monk
     assert "no OpenGL works here" in shot.alt
 
 
+def test_an_episode_with_a_goal_is_filmed_whole_and_slowly_where_its_scene_stood(monkeypatch):
+    shown = []
+
+    class Seeing:
+        """Notes what it is asked to draw."""
+
+        def resize(self, *_):
+            pass
+
+        effects = resize
+
+        def frame(self, alpha, qpos, places):
+            shown.append((qpos, places))
+
+    monkeypatch.setattr(watch_film, "shared_stage", lambda evolve: Seeing())
+    take = rvl.lab.record(lambda o: np.zeros(28), "adroit-door", 1.0, seed=3)
+    frames = list(watch_film._frames(take))
+    assert len(frames) == 40  # 2 s, at half speed, 10 frames a second
+    assert (shown[20][0] == take.qpos[100]).all()
+    assert all((places == take.places).all() for _, places in shown)
+
+
 def test_a_running_run_is_filmed_from_its_newest_checkpoint_now_and_then(trained, tmp_path):
     policy = next((trained[0].folder / store.POLICIES).glob("*"))
     run = FakeRun(tmp_path / "run", learners=BOTH).start()

@@ -151,7 +151,7 @@ def moment(stage: Stage | Recorded, run: Rollout, time: float) -> np.ndarray:
         A picture above its caption, (H, W, 3) uint8.
     """
     row = run.row(time)
-    words = f"alpha {run.alpha:.2g}   {_achieved(run, row)}"
+    words = f"alpha {run.alpha:.2g}   {achieved(run, row)}"
     picture = stage.frame(run.alpha, run.qpos[row], places=run.places)
     if not run.title:
         return _panel(picture, words, "", run.alpha)
@@ -159,10 +159,15 @@ def moment(stage: Stage | Recorded, run: Rollout, time: float) -> np.ndarray:
     return np.concatenate([_panel(picture, run.title, "", run.alpha), under])
 
 
-def _achieved(run: Rollout, row: int) -> str:
-    """For how long the goal was held by then; where there is none, what was earned."""
+def achieved(run: Rollout, row: int = -1) -> str:
+    """Returns for how long the goal was held by then, in words, or what was earned.
+
+    Args:
+        run: The rollout.
+        row: Row of its poses, by default the last.
+    """
     if run.held is None:
-        return f"reward {float(run.rewards[: row + 1].sum()):.4g}"
+        return f"reward {float(run.rewards[: row % len(run.rewards) + 1].sum()):.4g}"
     if run.held[row] == 0:
         return "goal not held"
     return f"goal held {run.held[row]} steps" + ": success" * run.success(row)

@@ -11,6 +11,7 @@ import numpy as np
 from revolver_lab.errors import PolicyFileError
 from revolver_lab.evolution.evolution import Evolution
 from revolver_lab.lab.encoders import write_movie
+from revolver_lab.lab.films import achieved
 from revolver_lab.lab.pictures import Picture, picture
 from revolver_lab.lab.rollouts import Rollout, record
 from revolver_lab.lab.standins import NOTE, Recorded, shared_stage
@@ -24,6 +25,7 @@ WIDTH, HEIGHT = 240, 180
 """Size of a film [pixels]."""
 FPS = 10
 _STEPS = 100  # of an episode; 5 s of a cheetah
+_SLOWLY = 0.5  # speed of an episode that has a goal: they are short, and filmed whole
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -91,7 +93,9 @@ class Filming:
         plan, one = self._run.plan, scene.learner
         self._evolve = self._evolve or registry.load(plan.robot)
         yield
-        take = record(policy, self._evolve, one.alpha, task=plan.task, seed=one.seed, steps=_STEPS)
+        task = registry.get(plan.robot).make_task(plan.task)
+        take = record(policy, self._evolve, one.alpha, task=plan.task, seed=one.seed,
+                      steps=_STEPS if task.goal_steps is None else None)  # fmt: skip
         yield
         frames: list[np.ndarray] = []
         for frame in _frames(take):
@@ -130,12 +134,13 @@ def scene_of(run: Run, status: Status) -> Scene | None:
 
 
 def _frames(take: Rollout) -> Generator[np.ndarray, None, None]:
-    """Frames of a rollout in real time; one where the picture is a recorded one."""
-    for count in range(max(1, round(take.seconds * FPS))):
+    """Frames of a rollout; one where the picture is a recorded one."""
+    tick = (1.0 if take.held is None else _SLOWLY) / FPS
+    for count in range(max(1, round(take.seconds / tick))):
         stage = shared_stage(take.evolve)  # an explorer may have used it since
         stage.resize(WIDTH, HEIGHT)
         stage.effects(False)
-        yield stage.frame(take.alpha, take.qpos[take.row(count / FPS)])
+        yield stage.frame(take.alpha, take.qpos[take.row(count * tick)], places=take.places)
         if isinstance(stage, Recorded):
             return
 
@@ -144,7 +149,7 @@ def _words(take: Rollout, one: LearnerStatus, frames: int) -> str:
     """What a film shows, in words."""
     note = f" ({NOTE})" if frames == 1 else ""
     return (f"{take.evolve.name} at alpha {take.alpha:.2f}, moved by the policy of {one.method}, "
-            f"seed {one.seed}: reward {take.score:.4g} in {take.seconds:.1f} s{note}")  # fmt: skip
+            f"seed {one.seed}: {achieved(take)} in {take.seconds:.1f} s{note}")  # fmt: skip
 
 
 def _as_gif(frames: list[np.ndarray], alt: str) -> Picture:
