@@ -48,7 +48,7 @@ def no_errors(page, errors) -> None:
 
 
 def test_a_run_is_stopped_and_resumed_by_keyboard_filmed_and_seen_to_its_end(tmp_path):
-    write_notebook(tmp_path / "lab.ipynb", CELL.replace("STEPS", "9_600"))
+    write_notebook(tmp_path / "lab.ipynb", CELL.replace("STEPS", "28_800"))
     with server(tmp_path) as address, browser() as (page, errors):
         open_notebook(page, address, "lab.ipynb")
         run_all(page)
@@ -68,7 +68,7 @@ def test_a_run_is_stopped_and_resumed_by_keyboard_filmed_and_seen_to_its_end(tmp
 
 
 def test_a_cell_that_waits_keeps_the_widgets_of_the_cell_before_up_to_date(tmp_path):
-    write_notebook(tmp_path / "lab.ipynb", CELL.replace("STEPS", "9_600"), "run.wait().methods")
+    write_notebook(tmp_path / "lab.ipynb", CELL.replace("STEPS", "28_800"), "run.wait().methods")
     with server(tmp_path) as address, browser() as (page, errors):
         open_notebook(page, address, "lab.ipynb")
         run_all(page)
