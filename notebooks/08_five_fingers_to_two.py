@@ -246,8 +246,10 @@ checks.three(onward)
 lesson.watch()
 
 # %% [markdown]
-# The success of `npg-revolver` stays about where the gate half opens: whenever it is good, the
-# hand gets worse. And this is where the recorded learners were on their way.
+# `npg-revolver` begins as good as the expert, and then stays at a success of one half, where the
+# gate is a quarter open: whenever it does better, it gets a harder hand. At the end there is no
+# harder one, and it becomes good. The next figure shows where the recorded learners were on their
+# way.
 
 # %%
 from revolver_lab.runs.natural_summary import natural_rows, over_iterations
@@ -258,8 +260,8 @@ count = np.arange(path["npg-revolver"].shape[1])
 rvl.lab.plots.curves(path, count, cost=recorded.cost, xlabel="iteration", ylabel="alpha")
 
 # %% [markdown]
-# Where is it slow? The next cell counts iterations by tenths of α, the mean over seeds. Compare
-# with the expert's cliff.
+# Is there a place where it is slow? The next cell counts iterations by tenths of α, the mean over
+# seeds. Compare with the expert's cliff.
 
 # %%
 tenths = np.clip(np.floor(10 * path["npg-revolver"] + 1e-9), 0, 9)
@@ -269,6 +271,10 @@ for tenth in range(10):
     print(f"{tenth / 10:.1f} to {(tenth + 1) / 10:.1f} {'#' * round(mean)} {mean:.1f}")
 
 # %% [markdown]
+# Up to the edge of the cliff there is nothing to learn, and α goes on as fast as it may. From there
+# on every tenth has to be learnt, and none comes much cheaper than the others: it is one long
+# slope, and not a single hurdle.
+#
 # ## Look at it
 #
 # The expert at home, the expert on two fingers, and a policy that was carried there, in the same
@@ -291,8 +297,11 @@ rvl.lab.compare(
 # (Clopper-Pearson), and the iterations until the gate was content with half of the seeds.
 
 # %%
-rows = ["npg-scratch", "npg-direct", "dapg", "soil", "npg-revolver"]
-for row in natural_rows(lesson.recorded(methods=rows)):
+from revolver_lab.runs import recorded as read
+
+everything = read(name, natural=True)
+compared = ["npg-scratch", "npg-direct", "dapg", "soil", "npg-revolver"]
+for row in natural_rows(everything.select(compared)):
     ends = f"{row['good_low']:.2f} to {row['good_high']:.2f}"
     of = f"{row['good']} of {row['seeds']} ({ends})"
     print(f"{row['method']:13} success {row['success']:.2f}; {of}; {row['median_iterations']:.0f}")
@@ -337,10 +346,8 @@ for robot in lesson.robots[1:]:
 # on α they were in the end.
 
 # %%
-rows = [f"jumps-{n}" for n in (1, 2, 4, 8, 16, 64)]
-rows += ["xi-0", "xi-0.2", "h-1", "h-1-over-xi", "step-1e-4", "step-0.02"]
-rows += ["gate-evaluated", "value-without-beta"]
-for row in natural_rows(lesson.recorded(methods=["npg-revolver", *rows])):
+changed = [row for row in everything.methods if row not in compared]
+for row in natural_rows(everything.select(["npg-revolver", *changed])):
     of = f"{row['good']:2} of {row['seeds']:2}"
     print(f"{row['method']:18} success {row['success']:.2f}; {of}; "
           f"{row['median_iterations']:4.0f} iterations; alpha {row['farthest']:.2f}")  # fmt: skip

@@ -92,8 +92,8 @@ def test_at_half_speed_there_are_twice_the_frames_of_the_same_poses(evolve):
 
 def test_a_goal_is_counted_in_the_caption_and_held_for_more_steps_than_needed_is_success(evolve):
     goal = rollout(evolve, held=np.array([0, 0, 1, 2, 3]), goal_steps=2)
-    assert [films.achieved(goal, row) for row in (1, 3, 4)] == [
-        "goal not held", "goal held 2 steps", "goal held 3 steps: success",
+    assert [films.achieved(goal, row) for row in (1, 2, 3, 4)] == [
+        "goal not held", "goal held 1 step", "goal held 2 steps", "goal held 3 steps: success",
     ]  # fmt: skip
     assert [goal.success(row) for row in (1, 3, 4)] == [False, False, True]
     assert goal.success()

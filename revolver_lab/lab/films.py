@@ -170,7 +170,8 @@ def achieved(run: Rollout, row: int = -1) -> str:
         return f"reward {float(run.rewards[: row % len(run.rewards) + 1].sum()):.4g}"
     if run.held[row] == 0:
         return "goal not held"
-    return f"goal held {run.held[row]} steps" + ": success" * run.success(row)
+    held = int(run.held[row])
+    return f"goal held {held} step{'s' * (held != 1)}" + ": success" * run.success(row)
 
 
 def _panel(picture: np.ndarray, left: str, right: str, alpha: float) -> np.ndarray:
