@@ -25,15 +25,19 @@ def describe(name: str, progress: Progress) -> str:
     bar = "#" * filled + "." * (_WIDTH - filled)
     known = progress.episode_return == progress.episode_return
     score = f"{progress.episode_return:.1f}" if known else "-"
-    minutes, seconds = divmod(round(progress.seconds_left), 60)
     return (
         f"{name} [{bar}] phase {progress.phase + 1}/{progress.phases}  alpha {progress.alpha:.2f}"
-        f"  return {score}  {minutes}:{seconds:02d} left"
+        f"  return {score}{_left(progress.seconds_left)}"
     )
 
 
-def describe_iteration(name: str, made: Iteration) -> str:
+def describe_iteration(name: str, made: Iteration, seconds_left: float | None = None) -> str:
     """Returns how a learner by natural policy gradient is doing, as text.
+
+    Args:
+        name: Of the learner.
+        made: Its latest iteration.
+        seconds_left: Expected time to the end [s], where it can be told.
 
     Example:
         >>> describe_iteration("revolver", Iteration(iteration=56, alpha=0.43, success=0.72,
@@ -43,7 +47,14 @@ def describe_iteration(name: str, made: Iteration) -> str:
     """
     bar = "#" * round(16 * made.alpha) + "." * (16 - round(16 * made.alpha))
     return (f"{name:<8} [{bar}] iteration {made.iteration + 1}  alpha {made.alpha:.2f}  "
-            f"success {made.success:.2f}  {made.steps:,} steps")  # fmt: skip
+            f"success {made.success:.2f}{_left(seconds_left)}  {made.steps:,} steps")  # fmt: skip
+
+
+def _left(seconds: float | None) -> str:
+    """Returns the time left as text; nothing where it is not known."""
+    if seconds is None:
+        return ""
+    return f"  {round(seconds) // 60}:{round(seconds) % 60:02d} left"
 
 
 class ProgressLines:

@@ -20,6 +20,7 @@ from revolver_lab.learners.natural.settings import NaturalSettings
 from revolver_lab.natural_log import Iteration
 from revolver_lab.natural_loop import NaturalTransfer
 from revolver_lab.policies import Policy
+from revolver_lab.progress import describe_iteration
 
 needs_gl = pytest.mark.skipif(not _gl.choose().works, reason="no OpenGL on this machine")
 TINY = NaturalSettings(trajectories=4, length=LENGTH, value_hidden=(8,), warm_batches=1)
@@ -149,11 +150,14 @@ class Blind:
 
 def test_the_time_left_is_told_by_the_pace_where_there_is_one():
     history = [iteration(number) for number in range(4)]  # 0.1 in 2 s: 0.7 take 14 s
-    assert hand._left(history) == "about 0:14 left at this pace"
-    assert hand._left(history, window=1) == "time left: not known"
-    stuck = [dataclasses.replace(one, alpha=0.3) for one in history]
-    assert hand._left(stuck) == "time left: not known"
-    assert "until it is sure" in hand._left([iteration(10)])
+    assert hand._left(history) == pytest.approx(14)
+    assert hand._left(history, window=1) is None
+    assert hand._left([dataclasses.replace(one, alpha=0.3) for one in history]) is None
+    assert hand._left([*history, iteration(10)]) is None  # there; how long until it is sure?
+    line = describe_iteration("revolver", history[-1], 125.0)
+    assert len(line[: line.index("left") + 4]) < 80  # on a narrow terminal, too
+    assert "2:05 left" in line
+    assert "left" not in describe_iteration("revolver", history[-1], None)
 
 
 @needs_gl

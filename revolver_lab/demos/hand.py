@@ -37,7 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         source, untouched = (home.examine(alpha, EPISODES) for alpha in (0.0, 1.0))
         _say("expert, five fingers", source)
         _say("expert, two fingers, untouched", untouched)
-        print("Now it trains on the way from five to two; beside it, as long, on two alone:")
+        print("Now it trains on the way from five to two; beside it, as long, on two alone.")
+        print("(The time left is at the latest pace, until alpha is 1; then, until it is sure.)")
         trials = _train(options)
         _say("two fingers after direct fine-tuning", trials[FOLLOW])
         _say("two fingers after REvolveR", trials[LEAD])
@@ -70,23 +71,20 @@ def _train(options: argparse.Namespace) -> dict[str, Trial]:
         if made not in history[-1:]:
             history.append(made)
         others = [describe_iteration(FOLLOW, board[FOLLOW].iteration)] if FOLLOW in board else []
-        lines.write([f"{describe_iteration(LEAD, made)}  {_left(history)}", *others])
+        lines.write([describe_iteration(LEAD, made, _left(history)), *others])
         now.show(board[LEAD])
 
     with now:
         return side_by_side(jobs, look)
 
 
-def _left(history: Sequence[Iteration], window: int = 30) -> str:
-    """Returns the time left at the pace of the latest iterations, where that can be told."""
+def _left(history: Sequence[Iteration], window: int = 30) -> float | None:
+    """Returns the time left at the pace of the latest iterations [s], where that can be told."""
     first, last = history[-window:][0], history[-1]
     gone = last.alpha - first.alpha
-    if last.alpha == 1.0:
-        return "there; until it is sure"
-    if len(history) < 2 or gone <= 0:
-        return "time left: not known"
-    seconds = (1 - last.alpha) / gone * (last.wall_time - first.wall_time)
-    return f"about {round(seconds) // 60}:{round(seconds) % 60:02d} left at this pace"
+    if gone <= 0 or last.alpha == 1.0:
+        return None
+    return (1 - last.alpha) / gone * (last.wall_time - first.wall_time)
 
 
 def _lead(board: Board, steps: int, seed: int, out: Path) -> Trial:
