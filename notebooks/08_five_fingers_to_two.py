@@ -21,9 +21,9 @@
 # claim of the paper, and its strongest: with completion as the only reward, every other method
 # failed.
 #
-# **The claim: after as many steps, fine-tuning on two fingers has never opened the door, and the
-# same learner, carried through the hands between, opens it nearly every time.** The last cell
-# counts over recorded seeds.
+# **The claim: after about as many steps, an expert that was fine-tuned on two fingers has not
+# learnt to open the door, and the same learner, carried through the hands between, opens it nearly
+# every time.** The last cell counts over recorded seeds.
 #
 # The first cell says what is compared, and whether anything is trained here. Trained live, it takes
 # about five minutes on two cores.
@@ -294,7 +294,8 @@ rvl.lab.compare(
 # `soil`, which the paper has on other robots. `dapg` and `soil` begin with the expert as well, and
 # imitate 25 of its episodes on five fingers. The cell prints the success on two fingers at the end,
 # how many seeds open the door in nine episodes of ten with a 95 % interval for the fraction
-# (Clopper-Pearson), and the iterations until the gate was content with half of the seeds.
+# (Clopper-Pearson), and the iterations until the gate was content with half of the seeds: inf where
+# it was not within their budget.
 
 # %%
 from revolver_lab.runs import recorded as read
@@ -323,7 +324,7 @@ for row in natural_rows(everything.select(compared)):
 
 # %%
 for robot in lesson.robots[1:]:
-    for row in natural_rows(lesson.recorded(robot)):
+    for row in natural_rows(read(robot, natural=True)):
         of = f"{row['good']} of {row['seeds']} seeds"
         print(f"{robot:16} {row['method']:13} success {row['success']:.2f}; {of}; "
               f"ends at alpha {row['farthest']:.2f}")  # fmt: skip
@@ -331,7 +332,7 @@ for robot in lesson.robots[1:]:
 # %% [markdown]
 # ## What is it that helps?
 #
-# Recorded runs on the door, each `npg-revolver` with a single thing changed:
+# Runs on the door, each `npg-revolver` with a single thing changed:
 #
 # | row | what is changed |
 # |---|---|
@@ -342,8 +343,8 @@ for robot in lesson.robots[1:]:
 # | `gate-evaluated` | the published gate: every five iterations 20 episodes, l = 0.01 from 0.5 on |
 # | `value-without-beta` | V does not see which hand it is |
 #
-# The cell prints the success on two fingers, how many seeds got there, the iterations, and how far
-# on α they were in the end.
+# The cell prints what is recorded of them: the success on two fingers, how many seeds got there, the
+# iterations as above, and how far on α they were in the end, on average.
 
 # %%
 changed = [row for row in everything.methods if row not in compared]
