@@ -343,8 +343,8 @@ for robot in lesson.robots[1:]:
 # | `gate-evaluated` | the published gate: every five iterations 20 episodes, l = 0.01 from 0.5 on |
 # | `value-without-beta` | V does not see which hand it is |
 #
-# The cell prints what is recorded of them: the success on two fingers, how many seeds got there, the
-# iterations as above, and how far on α they were in the end, on average.
+# The cell prints what is recorded of them: the success on two fingers, how many seeds got there,
+# the iterations as above, and how far on α they were in the end, on average.
 
 # %%
 changed = [row for row in everything.methods if row not in compared]
