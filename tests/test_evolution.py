@@ -48,6 +48,7 @@ def test_both_ends_are_the_two_robots_to_the_last_bit(path):
     evolve = rvl.Evolution(source, target)
     assert differing(evolve.model(0), source.compile()) == []
     assert differing(evolve.model(1), target.compile()) == []
+    assert evolve.model(1).tex_data.tobytes() == source.compile().tex_data.tobytes()
 
 
 def test_frames_degrees_and_angles_written_in_any_way_end_exactly_where_they_should():

@@ -1,7 +1,6 @@
 """E: [0, 1] -> robots, the continuous evolution of section 4.1."""
 
 import copy
-import functools
 import math
 import threading
 from collections.abc import Mapping
@@ -86,6 +85,7 @@ class Evolution:
         self._theta = read_theta(self._spec, there, pairs, f=f, switch=switch)
         self._found = {kind: elements(self._spec, kind) for kind in (*LISTS, "wrap", "option")}
         self._cache, self._lock = Cache(cache_bytes), threading.Lock()
+        self._made: live.Base | None = None
         self._varying: set[str] = set()
 
     def __repr__(self) -> str:
@@ -116,11 +116,8 @@ class Evolution:
             8
         """
         alpha = checked_alpha(alpha)
-        cached = self._cache.get(alpha)
-        if cached is None:
-            return self._compile(alpha)
         model = copy.copy(self._base.model)
-        live.write(model, cached)
+        live.write(model, self._arrays(alpha))
         return model
 
     def theta(self, alpha: float) -> np.ndarray:
@@ -171,11 +168,7 @@ class Evolution:
             raise ParameterError(
                 "a model of another robot", f"a model of {self!r}", "Make it with evolve.model()."
             )
-        arrays = self._cache.get(alpha)
-        if arrays is None:
-            self._compile(alpha)
-            arrays = self._cache.get(alpha) or {}
-        base = self._base.arrays
+        arrays, base = self._arrays(alpha), self._base.arrays
         live.write(model, {name: arrays.get(name, base[name]) for name in self._varying})
         return self._varying
 
@@ -194,15 +187,20 @@ class Evolution:
         """Memory that the cached robots take [bytes]."""
         return self._cache.nbytes
 
-    @functools.cached_property
+    @property
     def _base(self) -> live.Base:
         with self._lock:
-            self._theta.write(0.0, self._spec, self._found)
-            return live.Base(tendon_paths.compiled(self._spec, self._found["wrap"]))
+            if self._made is None:  # once, or the second would find no textures
+                self._theta.write(0.0, self._spec, self._found)
+                self._made = live.Base(tendon_paths.compiled(self._spec, self._found["wrap"]))
+                live.undress(self._spec)
+            return self._made
 
-    def _compile(self, alpha: float) -> mujoco.MjModel:
-        """Compile E(alpha) and remember what distinguishes it from E(0)."""
-        base = self._base
+    def _arrays(self, alpha: float) -> live.Arrays:
+        """What distinguishes E(alpha) from E(0), compiled once and remembered."""
+        base, cached = self._base, self._cache.get(alpha)
+        if cached is not None:
+            return cached
         with self._lock:
             self._theta.write(alpha, self._spec, self._found)
             try:
@@ -216,7 +214,7 @@ class Evolution:
         arrays = base.difference(model)
         self._varying |= arrays.keys()
         self._cache.put(alpha, arrays)
-        return model
+        return arrays
 
 
 def checked_alpha(alpha: float) -> float:
