@@ -46,7 +46,7 @@ class Opening(Manipulation):
 
     def bonuses(self, robot: HandState) -> np.ndarray:
         """Return 2 beyond 0.2 rad, 8 more beyond 1.0 rad, 10 more beyond 1.35 rad, (n,)."""
-        return _PAID[np.searchsorted(_ANGLES, self.hinge(robot))]  # how many it is beyond
+        return _PAID[_ANGLES.searchsorted(self.hinge(robot))]  # how many it is beyond
 
     def costs(self, robot: HandState) -> np.ndarray:
         """Return 0.1 |palm - handle| + 0.1 (hinge - 1.57)^2 + 1e-5 |qvel|^2, (n,)."""
