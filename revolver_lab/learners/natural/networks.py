@@ -76,6 +76,11 @@ def blocked(x: np.ndarray, rows: int) -> np.ndarray:
     return out.reshape(blocks, rows, *x.shape[1:])
 
 
+def _times(x: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Returns x W^T; BLAS takes half as long for many blocks if W^T has its numbers in order."""
+    return x @ (np.ascontiguousarray(weight.T) if x.ndim > 2 else weight.T)
+
+
 def forward(layers: Layers, x: np.ndarray, activation: str) -> list[np.ndarray]:
     """Returns the input and the value of each layer, the last one the output.
 
@@ -86,7 +91,7 @@ def forward(layers: Layers, x: np.ndarray, activation: str) -> list[np.ndarray]:
     """
     values = [x]
     for i, (weight, bias) in enumerate(layers):
-        out = values[-1] @ weight.T
+        out = _times(values[-1], weight)
         out += bias
         values.append(out if i == len(layers) - 1 else ACTIVATIONS[activation](out))
     return values
@@ -106,12 +111,12 @@ def forward_derivative(
     Returns:
         (..., outputs).
     """
-    change = values[0] @ tangents[0][0].T
+    change = _times(values[0], tangents[0][0])
     change += tangents[0][1]
     for i in range(1, len(layers)):
         change *= slopes[i - 1]
-        change = change @ layers[i][0].T
-        change += values[i] @ tangents[i][0].T
+        change = _times(change, layers[i][0])
+        change += _times(values[i], tangents[i][0])
         change += tangents[i][1]
     return change
 
