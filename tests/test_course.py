@@ -13,7 +13,6 @@ from revolver_lab.files import write_json
 from revolver_lab.lab import lessons
 from revolver_lab.logs import write_table
 from revolver_lab.methods import METHODS
-from revolver_lab.natural_methods import NATURAL_METHODS
 from revolver_lab.runs import course, store
 from revolver_lab.runs.lesson_plans import is_natural
 from revolver_lab.runs.natural_summary import over_iterations
@@ -69,9 +68,10 @@ def test_live_trains_the_very_methods_that_were_recorded(name):
 
 @natural_lesson
 def test_live_and_fast_train_the_natural_methods_that_were_recorded(name):
+    robot, methods = course.LESSONS[name].robots[0], course.LESSONS[name].methods
+    recorded = Plan(robot=robot, methods=methods, seeds=[0]).methods
     for mode, changed in (("live", set()), ("fast", {"trajectories", "length", "warm_batches"})):
-        for row in course.lesson(name, mode).plan.methods:
-            whole = NATURAL_METHODS[row.name]
+        for row, whole in zip(course.lesson(name, mode).plan.methods, recorded, strict=True):
             same = {field: getattr(whole.settings, field) for field in changed}
             assert dataclasses.replace(row, settings=dataclasses.replace(row.settings, **same)) == (
                 whole)  # fmt: skip

@@ -30,7 +30,7 @@ PAIRS = ("cheetah-front-leg", "cheetah-short-legs", "cheetah-long-legs", "cheeta
          "ball-in-cup-weak-motors")  # fmt: skip
 """The pairs at course scale; what is trained here is trained on the first."""
 
-HANDS = ("adroit-door", "adroit-relocate", "adroit-hammer")
+HANDS = ("adroit-door", "adroit-door-fingers")
 """The hand's pairs, five fingers to two; what is trained here is trained on the first."""
 
 OTHER_EXPERT = "a6eed311842b7c71f571a8ebd1d0ce530f072436662803f04d2b27fcde609911"
@@ -73,6 +73,10 @@ LESSONS: Mapping[str, Subject] = {
     "06_what_must_be_carried": Subject(
         methods=("revolver", "critic-reset", "no-cleaning", "window-0.33", "optimiser-fresh"),
         seeds=4, robots=_MEASURED,
+    ),
+    "07_limbs_that_grow": Subject(
+        methods=("soil-scratch", "soil", "npg-direct", "npg-revolver"), seeds=1,
+        robots=("cheetah-segment",),
     ),
     "08_five_fingers_to_two": Subject(
         methods=("npg-direct", "npg-revolver"), seeds=1, robots=HANDS

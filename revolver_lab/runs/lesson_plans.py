@@ -43,8 +43,9 @@ def fast_plan(robot: str, methods: Sequence[str]) -> Plan:
         methods: Names of the rows.
     """
     if is_natural(methods):
-        rows = [_few(NATURAL_METHODS[name]) for name in methods]
-        return Plan(robot=robot, methods=rows, seeds=range(1), steps=480, evaluate_episodes=2)
+        rows = Plan(robot=robot, methods=methods, seeds=range(1)).methods  # fitted to the task
+        few = [_few(row) for row in rows if isinstance(row, NaturalMethod)]
+        return Plan(robot=robot, methods=few, seeds=range(1), steps=480, evaluate_episodes=2)
     rows = [_shortened(method(name)) for name in methods]
     quick = dataclasses.replace(course_learner(robot), learning_starts=200)
     return Plan(robot=robot, methods=rows, seeds=range(2), steps=_FAST_STEPS, learner=quick,
