@@ -320,14 +320,14 @@ for row in natural_rows(everything.select(compared)):
 # mind what the paper's table does not tell: it has no intervals and no number of seeds, and its
 # *never* does not say after how many iterations. (Exercise 1: what would you want to know?)
 #
-# The same on the other two things a hand can do. Both are harder: an object has to be picked up.
+# The same on the shorter way, on which three fingers shrink and the other two stay what they are.
 
 # %%
 for robot in lesson.robots[1:]:
     for row in natural_rows(read(robot, natural=True)):
         of = f"{row['good']} of {row['seeds']} seeds"
-        print(f"{robot:16} {row['method']:13} success {row['success']:.2f}; {of}; "
-              f"ends at alpha {row['farthest']:.2f}")  # fmt: skip
+        print(f"{robot:20} {row['method']:13} success {row['success']:.2f}; {of}; "
+              f"{row['median_iterations']:.0f} iterations")  # fmt: skip
 
 # %% [markdown]
 # ## What is it that helps?
