@@ -199,7 +199,8 @@ def test_numbers_of_iterations_are_as_long_as_the_longest_learners():
         return LearnerResult(
             method="npg-revolver", seed=seed, returns=np.ones(1), steps=np.ones(1),
             curve=np.ones(1), phases=(), cost=Cost(steps=1, seconds=1.0), failure="",
-            folder=course.ROOT, iterations=tuple({"iteration": i, "alpha": a} for i, a in enumerate(alphas)),
+            folder=course.ROOT,
+            iterations=tuple({"iteration": i, "alpha": a} for i, a in enumerate(alphas)),
         )  # fmt: skip
 
     found = Results(robot="x", learners=(learner(1, [0.0, 0.5, 1.0]), learner(0, [0.2])),
