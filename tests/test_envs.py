@@ -14,11 +14,12 @@ from gymnasium.utils.env_checker import check_env
 
 from revolver_lab import _gl
 from revolver_lab.envs import suite
-from revolver_lab.envs.core import Controls, Purpose, stream
+from revolver_lab.envs.core import HUGE, Controls, Purpose, judge, stream
 from revolver_lab.envs.registration import environment_id, register_environments
 from revolver_lab.envs.single import RobotEnv
 from revolver_lab.errors import AlphaError, SettingsError, UnknownNameError
 from revolver_lab.robots import registry
+from revolver_lab.tasks.base import State, Task
 from revolver_lab.tasks.running import SpeedTrap
 
 NAMES = registry.names()
@@ -174,6 +175,33 @@ def test_an_action_that_is_no_number_diverges_instead_of_passing_through():
     assert (step.step_type, step.reward, step.discount) == (StepType.LAST, 0.0, 0.0)
     assert np.isfinite(step.observation).all()
     assert env.diverged
+
+
+class Shown(Task):
+    """Shows positions and pays for speeds, whatever they are."""
+
+    def observe(self, robot):
+        return robot.qpos
+
+    def reward(self, robot, before):
+        return robot.qvel[:, 0]
+
+    def initial_state(self, model, rng):
+        return model.qpos0, np.zeros(model.nv)
+
+
+@pytest.mark.parametrize("number", [0.0, 1e4, -9e4, 0.99 * HUGE, HUGE, -2 * HUGE, np.inf, np.nan])
+@pytest.mark.parametrize("where", ["qpos", "qvel"])
+@pytest.mark.parametrize("robots", [3, 6000])  # where a glance says enough, and where it is spared
+def test_what_is_large_but_legal_has_not_diverged(number, where, robots):
+    fields = {"qpos": np.ones((robots, 2)), "qvel": np.ones((robots, 1))}
+    fields[where][1, -1] = number
+    last = np.full((robots, 2), 7, np.float32)
+    seen = judge(Shown(), State(fields), None, np.zeros(robots, dtype=bool), last)
+    fallen = not abs(number) < HUGE
+    assert seen.diverged.sum() == seen.terminated.sum() == seen.diverged[1] == fallen
+    assert seen.reward[1] == (0.0 if fallen else fields["qvel"][1, 0])
+    assert (seen.observation[1] == (7.0 if fallen else fields["qpos"][1].astype(np.float32))).all()
 
 
 def test_actions_are_scaled_to_the_control_ranges_and_clipped():
