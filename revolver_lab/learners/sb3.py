@@ -16,7 +16,7 @@ from revolver_lab.errors import SettingsError
 from revolver_lab.learners.convert import from_sb3, to_sb3
 from revolver_lab.learners.replay import TaggedReplay
 from revolver_lab.learners.settings import LearnerSettings
-from revolver_lab.methods import Member
+from revolver_lab.methods import Member, Method
 from revolver_lab.policies import Policy
 
 ALGORITHMS: dict[str, type[OffPolicyAlgorithm]] = {"SAC": SAC, "TD3": TD3, "DDPG": DDPG}
@@ -40,7 +40,8 @@ class Sb3Learner:
         self, settings: LearnerSettings, observation_size: int, action_size: int, member: Member
     ):
         torch.set_num_threads(1)  # two one-thread processes beat one process with two threads
-        self.settings, self.method = settings, member.method
+        self.settings = settings
+        self.method: Method = member.method
         self.adopted, self._started = False, False
         schedule = member.method.schedule
         self.model = build(settings, observation_size, action_size, shaping=schedule.shaping,

@@ -17,7 +17,7 @@ from revolver_lab.learners.stacked.replay import StackedReplay
 from revolver_lab.learners.stacked.sac import SAC
 from revolver_lab.learners.stacked.streams import Streams
 from revolver_lab.learners.stacked.td3 import TD3
-from revolver_lab.methods import Member
+from revolver_lab.methods import Member, Method
 from revolver_lab.policies import Policy
 
 ALGORITHMS: dict[str, type[Algorithm]] = {"SAC": SAC, "TD3": TD3}
@@ -84,7 +84,7 @@ class StackedLearner:
         Returns:
             Transitions left in its replay.
         """
-        method = self.members[p].method
+        method: Method = self.members[p].method
         self.alpha[p] = alpha
         if method.optimiser == "fresh":
             for networks in self.algorithm.parts().values():
