@@ -320,7 +320,8 @@ for row in natural_rows(everything.select(compared)):
 # mind what the paper's table does not tell: it has no intervals and no number of seeds, and its
 # *never* does not say after how many iterations. (Exercise 1: what would you want to know?)
 #
-# The same on the shorter way, on which three fingers shrink and the other two stay what they are.
+# The same on the shorter way, on which three fingers shrink and the other two stay what they are;
+# and with a hammer, which has to be picked up first.
 
 # %%
 for robot in lesson.robots[1:]:
