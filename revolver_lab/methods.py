@@ -4,10 +4,12 @@ import dataclasses
 import difflib
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 from revolver_lab.errors import SettingsError, UnknownNameError
 from revolver_lab.schedule import Adaptive, Schedule
+
+Row = TypeVar("Row")
 
 CRITICS = ("carried", "reset")
 OPTIMISERS = ("kept", "fresh")
@@ -166,11 +168,24 @@ def method(name: str) -> Method:
         >>> method("direct").schedule.alphas
         (1.0,)
     """
-    if name not in METHODS:
-        near = difflib.get_close_matches(str(name), METHODS, n=3, cutoff=0.4)
+    return look_up(name, METHODS)
+
+
+def look_up(name: str, table: Mapping[str, Row]) -> Row:
+    """Returns a row of a table by name.
+
+    Args:
+        name: Of a method.
+        table: Such as `METHODS`.
+
+    Raises:
+        UnknownNameError: If there is none of that name; near ones are suggested.
+    """
+    if name not in table:
+        near = difflib.get_close_matches(str(name), table, n=3, cutoff=0.4)
         remedy = f"Did you mean {' or '.join(map(repr, near))}?" if near else "Choose one of these."
-        raise UnknownNameError(f"method {name!r}", ", ".join(METHODS), remedy)
-    return METHODS[name]
+        raise UnknownNameError(f"method {name!r}", ", ".join(table), remedy)
+    return table[name]
 
 
 def members(methods: Iterable[Any], seeds: Iterable[int]) -> tuple[Member, ...]:

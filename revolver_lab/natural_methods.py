@@ -1,7 +1,6 @@
 """What is compared by natural policy gradient: each configures the loop in `natural_loop`."""
 
 import dataclasses
-import difflib
 import numbers
 from collections.abc import Mapping
 from typing import Any
@@ -10,6 +9,7 @@ from revolver_lab.errors import SettingsError, UnknownNameError
 from revolver_lab.gates import EvaluatedGate, Gate, SampledGate, SteppedGate, gate_from_json
 from revolver_lab.learners.natural.algorithms import ALGORITHMS, IMITATORS
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
+from revolver_lab.methods import look_up
 
 _XI = SampledGate.xi
 _EPISODES = 25  # of the teacher, as many as people recorded for DAPG
@@ -151,8 +151,4 @@ def natural_method(name: str) -> NaturalMethod:
         >>> natural_method("npg-direct").gate.alpha_start
         1.0
     """
-    if name not in NATURAL_METHODS:
-        near = difflib.get_close_matches(str(name), NATURAL_METHODS, n=3, cutoff=0.4)
-        remedy = f"Did you mean {' or '.join(map(repr, near))}?" if near else "Choose one of these."
-        raise UnknownNameError(f"method {name!r}", ", ".join(NATURAL_METHODS), remedy)
-    return NATURAL_METHODS[name]
+    return look_up(name, NATURAL_METHODS)

@@ -12,7 +12,6 @@ from revolver_lab.errors import SettingsError
 from revolver_lab.learners.natural.actor import Actor
 from revolver_lab.learners.natural.algorithms import IMITATORS
 from revolver_lab.learners.natural.cloning import EPISODES, gaussian_clone
-from revolver_lab.learners.natural.npg import NPG
 from revolver_lab.methods import Member
 from revolver_lab.natural_log import Iteration, NaturalLog
 from revolver_lab.natural_loop import NaturalTransfer
@@ -93,11 +92,6 @@ class NaturalPopulation:
             found = record(expert, evolve, episodes, seed=EVALUATION_SEEDS, task=task)
             self._teachers[episodes] = found
         return self._teachers[episodes]
-
-    @property
-    def learner(self) -> NPG:
-        """Returns the learner at work."""
-        return self.loops[-1].learner
 
     @property
     def seconds(self) -> float:

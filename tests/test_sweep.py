@@ -117,7 +117,8 @@ def test_a_plan_of_natural_methods_comes_back_from_its_file_and_has_no_learner()
     [
         ({"methods": ["npg-direct", "direct"]}, "npg-direct"),
         ({"methods": ["npg-direct", METHODS["direct"]]}, "Make a plan for each kind"),
-        ({"methods": ["npg-directt"]}, "npg-direct"),
+        ({"methods": ["npg-directt"]}, "Did you mean 'npg-direct'"),
+        ({"methods": [["npg-direct"]]}, "a list of names and Methods"),
         ({"robot": "ant-leg-emerge", "methods": ["npg-direct"]}, "expert of 'ant-leg-emerge'"),
         ({"robot": "ant-leg-emerge", "methods": ["npg-scratch"]}, "least_return = None"),
         ({"robot": "cheetah-segment", "methods": ["soil"], "task": "dense"}, "least_return = None"),
@@ -177,6 +178,12 @@ def test_what_is_carried_of_an_expert_with_another_head_is_its_clone():
 def test_a_sweep_that_says_something_unknown_is_refused_by_name(name, changes):
     with pytest.raises(RevolverError, match=name):
         plans_of(TINY | {"methods": ["tiny"]} | changes)
+
+
+def test_no_jobs_at_all_are_refused_by_command(tmp_path, capsys):
+    (tmp_path / "tiny.toml").write_text(TOML)
+    assert cli.main(["sweep", str(tmp_path / "tiny.toml"), "--jobs", "0"]) == 2
+    assert "1 job or more" in capsys.readouterr().err
 
 
 def test_a_sweep_without_robots_or_no_toml_at_all_is_refused(tmp_path):

@@ -20,7 +20,8 @@ def sweep(arguments: Arguments) -> int:
 
     with training():
         runs = sweep_plans(
-            plans, root=arguments.root or ROOT, jobs=arguments.jobs or PROCESSES,
+            plans, root=arguments.root or ROOT,
+            jobs=PROCESSES if arguments.jobs is None else arguments.jobs,
             cluster=arguments.dask, every=arguments.every, told=told,
         )  # fmt: skip
     for run in runs:

@@ -10,7 +10,7 @@ from typing import Any
 from revolver_lab.errors import RevolverError, SettingsError
 from revolver_lab.experts import course_learner, home_return, load_expert
 from revolver_lab.learners.settings import LearnerSettings
-from revolver_lab.methods import METHODS, Member, Method, fitted, members, method
+from revolver_lab.methods import METHODS, Member, Method, fitted, look_up, members
 from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod, natural_fitted
 from revolver_lab.policies import Policy
 from revolver_lab.preflight import check_steps
@@ -95,7 +95,8 @@ class Plan:
     def _fill_in(self) -> None:
         """Puts in what is usual for the kind of method, where nothing was asked for."""
         first = next(iter(self.methods), None) if isinstance(self.methods, Sequence) else None
-        natural = isinstance(first, NaturalMethod) or first in NATURAL_METHODS
+        natural = isinstance(first, NaturalMethod)
+        natural = natural or (isinstance(first, str) and first in NATURAL_METHODS)
         for name, usual in (_NATURAL if natural else _USUAL).items():
             if getattr(self, name) is None:
                 object.__setattr__(self, name, usual)
@@ -194,11 +195,12 @@ def _named(
     if not isinstance(given, str):
         return given
     made = registry.get(robot).make_task(task)
-    if given not in NATURAL_METHODS:
-        return fitted(method(given), made.episode_steps)
+    row = look_up(given, {**METHODS, **NATURAL_METHODS})
+    if isinstance(row, Method):
+        return fitted(row, made.episode_steps)
     if made.goal_steps is not None:
-        return NATURAL_METHODS[given]
-    return natural_fitted(NATURAL_METHODS[given], made.episode_steps, home_return(robot, task))
+        return row
+    return natural_fitted(row, made.episode_steps, home_return(robot, task))
 
 
 def _natural(methods: Sequence[Method | NaturalMethod]) -> bool:

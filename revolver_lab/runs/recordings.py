@@ -7,7 +7,7 @@ from typing import Any
 from revolver_lab.errors import SettingsError
 from revolver_lab.experts import load_expert
 from revolver_lab.files import asset_folder
-from revolver_lab.methods import method
+from revolver_lab.methods import METHODS, look_up
 from revolver_lab.natural_methods import NATURAL_METHODS
 from revolver_lab.robots import registry
 from revolver_lab.runs import store
@@ -50,7 +50,8 @@ def recorded(robot: str, methods: Sequence[str] | None = None, *, folder: Path |
         raise SettingsError(f"no recorded run of {robot!r} in {home}", "a run that was recorded",
                             "Train one: revolver-lab transfer.")  # fmt: skip
     merged = _merge(found)
-    return merged.select([*map(_known, methods)]) if methods else merged
+    known = {**METHODS, **NATURAL_METHODS}
+    return merged.select([look_up(name, known).name for name in methods]) if methods else merged
 
 
 def recorded_kinds(robot: str, *, folder: Path | None = None) -> list[tuple[str, Results]]:
@@ -75,11 +76,6 @@ def recorded_kinds(robot: str, *, folder: Path | None = None) -> list[tuple[str,
         some = recorded(robot, folder=folder, settings={"task": task}, natural=True)
         found.append((title, some))
     return found
-
-
-def _known(name: str) -> str:
-    """Returns the name of a method, if there is one of that name."""
-    return name if name in NATURAL_METHODS else method(name).name
 
 
 def _merge(found: list[Results]) -> Results:

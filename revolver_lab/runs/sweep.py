@@ -1,8 +1,8 @@
 """Many runs at once: every learner a job of its own, on this machine's cores or on a cluster."""
 
 import time
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 from revolver_lab.errors import MissingExtraError, SettingsError
@@ -103,25 +103,33 @@ def _hand_out(waiting: Sequence[Job], jobs: int, cluster: str | None, every: flo
             for job in waiting if (_work(job) / store.FAILED).exists()]  # fmt: skip
 
 
-def _where(jobs: int, cluster: str | None) -> AbstractContextManager:
-    """Returns the context in which joblib gives jobs out: here, or to a cluster."""
+@contextmanager
+def _where(jobs: int, cluster: str | None) -> Iterator[None]:
+    """Lets joblib give jobs out for a while: here, or to a cluster."""
     from joblib import parallel_config
 
     if cluster is None:
-        return parallel_config(backend="loky", n_jobs=jobs, inner_max_num_threads=1)
+        with parallel_config(backend="loky", n_jobs=jobs, inner_max_num_threads=1):
+            yield
+        return
+    with _client(cluster), parallel_config(backend="dask", n_jobs=-1):
+        yield
+
+
+def _client(cluster: str) -> AbstractContextManager:
+    """Returns a connection to a cluster, which is closed at its end."""
     try:
         from distributed import Client
     except ImportError as error:
         raise MissingExtraError("a cluster, and no distributed", "the cluster extra",
                                 "pip install 'revolver-lab[cluster]'") from error  # fmt: skip
     try:
-        Client(cluster, timeout=20)
+        return Client(cluster, timeout=20)
     except (OSError, ValueError, TimeoutError) as error:
         raise SettingsError(
             f"cluster {cluster!r}, which does not answer ({error})",
             "the address of a Dask scheduler", "Start one: dask scheduler.",
         ) from error  # fmt: skip
-    return parallel_config(backend="dask", n_jobs=-1)
 
 
 def _train(folder: Path, shard: int, every: float) -> int:
