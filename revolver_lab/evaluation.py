@@ -1,6 +1,6 @@
 """How good a policy is along the whole evolution: unshaped returns, robot by robot."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -159,9 +159,14 @@ def returns_of(
         act: Maps observations (n, O) to actions (n, A).
         seeds: Seeds of the starts, see `make_vec_env`; None goes on with the streams there are.
     """
+    observation, _ = env.reset(seed=seeds)
+    env.halted[:] = False
     total = np.zeros(env.num_envs)
-    for reward in _rewards(env, act, seeds):
+    while not env.halted.all():
+        observation, reward, terminated, truncated, _ = env.step(act(observation))
         total += reward
+        env.halted |= terminated | truncated
+    env.halted[:] = False
     return total
 
 
@@ -181,24 +186,8 @@ def successes_of(
     if env.task.goal_steps is None:
         raise SettingsError(f"the success of {type(env.task).__name__}, which has no goal",
                             "a task with success() and goal_steps", "Look at returns.")  # fmt: skip
-    held, going = np.zeros(env.num_envs, int), np.ones(env.num_envs, bool)
-    for _ in _rewards(env, act, seeds):
-        held += env.task.success(env.robot) & going
-        going = ~env.halted
-    return held > env.task.goal_steps
-
-
-def _rewards(
-    env: "RobotVectorEnv", act: Callable[[np.ndarray], np.ndarray], seeds: Sequence[int] | None
-) -> Iterator[np.ndarray]:
-    """Plays one episode in every simulation; yields the rewards, (n,), of every step."""
-    observation, _ = env.reset(seed=seeds)
-    env.halted[:] = False
-    while not env.halted.all():
-        observation, reward, terminated, truncated, _ = env.step(act(observation))
-        env.halted |= terminated | truncated
-        yield reward
-    env.halted[:] = False
+    returns_of(env, act, seeds)
+    return env.held > env.task.goal_steps  # what is over rests, and its count with it
 
 
 Measure = Callable[
