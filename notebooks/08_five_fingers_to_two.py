@@ -342,6 +342,7 @@ for robot in lesson.robots[1:]:
 # | `h-1`, `h-1-over-xi` | rewards count exp(h β) as much |
 # | `step-1e-4`, `step-0.02` | δ; the first is the published code's |
 # | `gate-evaluated` | the published gate: every five iterations 20 episodes, l = 0.01 from 0.5 on |
+# | `gate-evaluated-0.05` | the same with l = 0.05, so that the way fits into the budget |
 # | `value-without-beta` | V does not see which hand it is |
 #
 # The cell prints what is recorded of them: the success on two fingers, how many seeds got there,

@@ -110,6 +110,7 @@ _ROWS = (
     _learnt("step-1e-4", step_size=1e-4),
     _learnt("step-0.02", step_size=0.02),
     NaturalMethod(name="gate-evaluated", gate=EvaluatedGate()),
+    NaturalMethod(name="gate-evaluated-0.05", gate=EvaluatedGate(alpha_step=0.05)),
     _learnt("value-without-beta", value_beta=False),
 )  # fmt: skip
 
