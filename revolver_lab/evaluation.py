@@ -49,7 +49,7 @@ def evaluate(
         SettingsError: If there are no episodes.
         PolicyFileError: If the policy does not fit the robot.
     """
-    return _along(policy, evolve, alphas, episodes, seed, task, deterministic, returns_of)
+    return _along(policy, evolve, alphas, episodes, seed, task, deterministic)[0]
 
 
 def evaluate_success(
@@ -67,24 +67,40 @@ def evaluate_success(
         SettingsError: If there are no episodes, or the task has no goal.
         PolicyFileError: If the policy does not fit the robot.
     """
-    return _along(policy, evolve, alphas, episodes, seed, task, deterministic, successes_of)
+    return evaluate_both(policy, evolve, alphas, episodes, seed, task=task,
+                         deterministic=deterministic)[1]  # fmt: skip
+
+
+def evaluate_both(
+    policy: Policy, evolve: "Evolution | str", alphas: Sequence[float] | float, episodes: int = 10,
+    seed: int = 0, *, task: "str | Task | None" = None, deterministic: bool = True,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Returns what `evaluate` and `evaluate_success` return, and plays the episodes once."""
+    from revolver_lab.envs.core import Stage
+
+    told = Stage(evolve, task).task
+    if told.goal_steps is None:
+        raise SettingsError(f"the success of {type(told).__name__}, which has no goal",
+                            "a task with success() and goal_steps", "Look at returns.")  # fmt: skip
+    returns, won = _along(policy, evolve, alphas, episodes, seed, task, deterministic)
+    return returns, won.astype(bool)
 
 
 def _along(
     policy: Policy, evolve: "Evolution | str", alphas: Sequence[float] | float, episodes: int,
-    seed: int, task: "str | Task | None", deterministic: bool, measure: "Measure",
+    seed: int, task: "str | Task | None", deterministic: bool,
 ) -> np.ndarray:  # fmt: skip
     """Plays a policy on several robots, as many side by side as memory has room for."""
     robots = np.array([checked_alpha(alpha) for alpha in np.atleast_1d(alphas)])
     if episodes < 1:
         raise SettingsError(f"episodes = {episodes}", "1 or more", "Ask for 10.")
     side_by_side = max(_MOST_SIMULATIONS // min(episodes, _MOST_STARTS), 1)
-    played = [np.empty((0, episodes))]
+    played = [np.empty((2, 0, episodes))]
     for i in range(0, len(robots), side_by_side):
         some = robots[i : i + side_by_side]
         played.append(_play([policy] * len(some), evolve, some, episodes, [seed] * len(some), task,
-                            deterministic, measure=measure))  # fmt: skip
-    return np.concatenate(played) if len(played) > 1 else played[0]
+                            deterministic))  # fmt: skip
+    return np.concatenate(played, axis=1)
 
 
 def evaluate_each(
@@ -117,16 +133,18 @@ def evaluate_each(
         some = policies[i : i + most]
         alphas = np.full(len(some), float(alpha))
         part = seeds[i : i + most]
-        played.append(_play(some, evolve, alphas, episodes, part, task, True, nthread))
+        played.append(_play(some, evolve, alphas, episodes, part, task, True, nthread)[0])
     return np.concatenate(played)
 
 
 def _play(
     policies: Sequence[Policy], evolve: "Evolution | str", alphas: np.ndarray, episodes: int,
-    seeds: Sequence[int], task: "str | Task | None", deterministic: bool, nthread: int = 0, *,
-    measure: "Measure | None" = None,
+    seeds: Sequence[int], task: "str | Task | None", deterministic: bool, nthread: int = 0,
 ) -> np.ndarray:  # fmt: skip
-    """Plays each policy on its robot, all at once; returns (len(policies), episodes)."""
+    """Plays each policy on its robot, all at once; returns and successes, (2, policies, episodes).
+
+    Successes are 1 and 0, and NaN where the task has no goal.
+    """
     from revolver_lab.envs.vector import make_vec_env
 
     starts = min(episodes, _MOST_STARTS)
@@ -144,9 +162,12 @@ def _play(
 
     found: list[np.ndarray] = []
     while len(found) * starts < episodes:
-        measured = (measure or returns_of)(env, act, None if found else seeds)
-        found.append(measured.reshape(len(policies), starts))
-    return np.concatenate(found, axis=1)[:, :episodes]
+        returns = returns_of(env, act, None if found else seeds)
+        goal = env.task.goal_steps
+        # What is over rests, and its count of steps with the goal with it.
+        won = np.full(env.num_envs, np.nan) if goal is None else env.held > goal
+        found.append(np.stack([returns, won]).reshape(2, len(policies), starts))
+    return np.concatenate(found, axis=2)[:, :, :episodes]
 
 
 def returns_of(
@@ -168,29 +189,3 @@ def returns_of(
         env.halted |= terminated | truncated
     env.halted[:] = False
     return total
-
-
-def successes_of(
-    env: "RobotVectorEnv", act: Callable[[np.ndarray], np.ndarray], seeds: Sequence[int] | None
-) -> np.ndarray:
-    """Plays one episode in every simulation and says which succeeded, (n,) bool.
-
-    Args:
-        env: As for `returns_of`.
-        act: As there.
-        seeds: As there.
-
-    Raises:
-        SettingsError: If the task has no goal.
-    """
-    if env.task.goal_steps is None:
-        raise SettingsError(f"the success of {type(env.task).__name__}, which has no goal",
-                            "a task with success() and goal_steps", "Look at returns.")  # fmt: skip
-    returns_of(env, act, seeds)
-    return env.held > env.task.goal_steps  # what is over rests, and its count with it
-
-
-Measure = Callable[
-    ["RobotVectorEnv", Callable[[np.ndarray], np.ndarray], Sequence[int] | None], np.ndarray
-]
-"""Plays one episode in every simulation, and returns a number of each, (n,)."""

@@ -6,7 +6,7 @@ import revolver_lab as rvl
 from revolver_lab import runs
 from revolver_lab.commands.parts import Arguments, policy_of, training, wrote
 from revolver_lab.errors import SettingsError
-from revolver_lab.evaluation import evaluate_success
+from revolver_lab.evaluation import evaluate_both
 from revolver_lab.logs import write_table
 from revolver_lab.robots import registry
 from revolver_lab.runs import Results, Run
@@ -21,15 +21,14 @@ def evaluate(arguments: Arguments) -> int:
     """Prints unshaped returns of a policy along alpha."""
     alphas = arguments.alpha or list(rvl.lab.ALPHAS)
     policy = policy_of(arguments.name, arguments.policy)
-    returns = rvl.evaluate(
-        policy, arguments.name, alphas, arguments.episodes, arguments.seed, task=arguments.task
-    )
     goal = registry.get(arguments.name).make_task(arguments.task).goal_steps is not None
+    asked = (policy, arguments.name, alphas, arguments.episodes, arguments.seed)
     won = [""] * len(alphas)
     if goal:
-        told = evaluate_success(policy, arguments.name, alphas, arguments.episodes, arguments.seed,
-                                task=arguments.task)  # fmt: skip
+        returns, told = evaluate_both(*asked, task=arguments.task)
         won = [f"   {row.mean():.2f}" for row in told]
+    else:
+        returns = rvl.evaluate(*asked, task=arguments.task)
     print("alpha   mean return   lowest   highest" + "   success" * goal)
     for alpha, row, rate in zip(alphas, returns, won, strict=True):
         print(f"{alpha:<7.4g} {row.mean():<13.4g} {row.min():<8.4g} {row.max():<7.4g}{rate}")
