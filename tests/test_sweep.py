@@ -209,9 +209,20 @@ def test_a_sweep_is_robots_times_rewards_and_a_gate_of_another_kind_starts_anew(
 
 
 @pytest.fixture(scope="module")
-def peace(tmp_path_factory):
+def heard():
+    return []
+
+
+@pytest.fixture(scope="module")
+def peace(tmp_path_factory, heard):
     """The tiny sweep, undisturbed."""
-    return sweep(plans_of(TINY), root=tmp_path_factory.mktemp("peace"), jobs=1)[0]
+    return sweep(plans_of(TINY), root=tmp_path_factory.mktemp("peace"), jobs=1,
+                 told=lambda *counts: heard.append(counts))[0]  # fmt: skip
+
+
+def test_a_sweep_tells_of_every_job_that_ends(peace, heard):
+    n = len(peace.plan.members)
+    assert heard == [(done, n) for done in range(n + 1)]
 
 
 def test_a_sweep_ends_in_tables_that_say_what_every_learner_came_to(peace, tmp_path):

@@ -32,7 +32,7 @@ def sweep(
         jobs: Processes on this machine; a learner by natural policy gradient takes one.
         cluster: Address of a Dask scheduler, whose workers take the jobs; None stays here.
         every: Seconds between checkpoints [s].
-        told: Called with the jobs that are done and all of them, now and then.
+        told: Called with the jobs that are done and all of them, at the start and after each.
 
     Raises:
         SettingsError: If a learner failed, or jobs are killed again and again.
@@ -45,9 +45,11 @@ def sweep(
     waiting = [job for run in runs for job in _jobs(run, jobs)]
     total, tries = len(waiting), 0
     while waiting := [job for job in waiting if not _is_done(job)]:
-        if told is not None:
-            told(total - len(waiting), total)
-        failed = _hand_out(waiting, jobs, cluster, every)
+        before = total - len(waiting)
+        for done in _hand_out(waiting, jobs, cluster, every):
+            if told is not None:
+                told(before + done, total)
+        failed = _failures(waiting)
         if failed:
             raise SettingsError(f"jobs that failed: {'; '.join(failed)}", "jobs that end",
                                 "Mend what they say; the same sweep goes on.")  # fmt: skip
@@ -83,24 +85,33 @@ def _is_done(job: Job) -> bool:
     return (_work(job) / store.DONE).exists() or (job[0] / store.CARD).exists()
 
 
-def _hand_out(waiting: Sequence[Job], jobs: int, cluster: str | None, every: float) -> list[str]:
-    """Lets every job be done once, as far as nobody kills it; returns what went wrong."""
+def _hand_out(
+    waiting: Sequence[Job], jobs: int, cluster: str | None, every: float
+) -> Iterator[int]:
+    """Lets every job be done once, as far as nobody kills it; tells how many are done."""
     from joblib import Parallel, delayed
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
     for job in waiting:
         if not is_claimed(_work(job)):
             (_work(job) / store.FAILED).unlink(missing_ok=True)
+    yield 0
     try:
         with _where(jobs, cluster):
-            Parallel()(delayed(_train)(*job, every) for job in waiting)
+            ended = Parallel(return_as="generator_unordered")
+            for _ in ended(delayed(_train)(*job, every) for job in waiting):
+                yield sum(map(_is_done, waiting))
     except TerminatedWorkerError:
         pass  # whoever was killed left a checkpoint: the rest is given out again
     elsewhere = [job for job in waiting if not _is_done(job) and is_claimed(_work(job))]
     if elsewhere:
         time.sleep(min(every, 1.0))
+
+
+def _failures(jobs: Sequence[Job]) -> list[str]:
+    """Returns what went wrong, and where."""
     return [f"{_work(job)}: {store.read_json(_work(job) / store.FAILED)['message']}"
-            for job in waiting if (_work(job) / store.FAILED).exists()]  # fmt: skip
+            for job in jobs if (_work(job) / store.FAILED).exists()]  # fmt: skip
 
 
 @contextmanager
