@@ -30,7 +30,7 @@ PAIRS = ("cheetah-front-leg", "cheetah-short-legs", "cheetah-long-legs", "cheeta
          "ball-in-cup-weak-motors")  # fmt: skip
 """The pairs at course scale; what is trained here is trained on the first."""
 
-HANDS = ("adroit-door", "adroit-door-fingers", "adroit-hammer")
+HANDS = ("adroit-door", "adroit-door-fingers", "adroit-hammer", "adroit-relocate-fingers")
 """The hand's pairs, five fingers to two; what is trained here is trained on the first."""
 
 OTHER_EXPERT = "a6eed311842b7c71f571a8ebd1d0ce530f072436662803f04d2b27fcde609911"
