@@ -362,10 +362,10 @@ for row in natural_rows(everything.select(["npg-revolver", *changed])):
 # many small steps. 64 jumps are slower, for each waits until the gate is fully open.
 #
 # Nothing else that was changed here keeps the hand from arriving: not a window of 0, which is one
-# robot for all, and not an h of 1 or of 1/0.06. Only the δ of the published code, 10⁻⁴, does: within
-# these iterations it gets a quarter of the way. The published gate is content sooner, with 0.9
-# where ours asks for 0.98. These are five seeds a row: ten or twenty iterations more or less say
-# little.
+# robot for all, and not an h of 1 or of 1/0.06. Only the δ of the published code, 10⁻⁴, does:
+# within these iterations it gets a quarter of the way. The published gate is content sooner, with
+# 0.9 where ours asks for 0.98. These are five seeds a row: ten or twenty iterations more or less
+# say little.
 #
 # ## The number that must hold
 #
