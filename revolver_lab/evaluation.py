@@ -75,7 +75,15 @@ def evaluate_both(
     policy: Policy, evolve: "Evolution | str", alphas: Sequence[float] | float, episodes: int = 10,
     seed: int = 0, *, task: "str | Task | None" = None, deterministic: bool = True,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Returns what `evaluate` and `evaluate_success` return, and plays the episodes once."""
+    """Plays episodes once, for both what `evaluate` and what `evaluate_success` return.
+
+    Returns:
+        Unshaped returns, and bool successes, each (len(alphas), episodes).
+
+    Raises:
+        SettingsError: If there are no episodes, or the task has no goal.
+        PolicyFileError: If the policy does not fit the robot.
+    """
     from revolver_lab.envs.core import Stage
 
     told = Stage(evolve, task).task

@@ -11,7 +11,7 @@ from PIL import Image
 from small_runs import tiny_plan
 
 import revolver_lab as rvl
-from revolver_lab import _gl, cli
+from revolver_lab import _gl, cli, evaluation
 from revolver_lab.commands import looking
 from revolver_lab.commands.parts import training
 from revolver_lab.demonstration_sources import record
@@ -185,8 +185,11 @@ def test_evaluate_reads_the_policies_of_runs(finished, capsys):
     assert capsys.readouterr().err.count("Name one: FOLDER:tiny-0.") == 2
 
 
-def test_evaluate_tells_success_where_a_task_has_a_goal(capsys):
+def test_evaluate_tells_success_where_a_task_has_a_goal(capsys, monkeypatch):
+    play, played = evaluation.returns_of, []
+    monkeypatch.setattr(evaluation, "returns_of", lambda *a: played.append(a) or play(*a))
     assert cli.main(["evaluate", "adroit-door", "--alpha", "0", "--episodes", "2"]) == 0
+    assert len(played) == 1  # once, for returns and success
     head, row = capsys.readouterr().out.splitlines()
     assert head.split()[-1] == "success"
     assert float(row.split()[-1]) == 1.0

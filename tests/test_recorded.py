@@ -11,7 +11,7 @@ from revolver_lab.experts import load_expert
 from revolver_lab.files import asset_folder
 from revolver_lab.runs import recorded, store
 from revolver_lab.runs.markdown import markdown
-from revolver_lab.runs.natural_summary import is_natural
+from revolver_lab.runs.natural_summary import is_natural, natural_rows
 from revolver_lab.runs.recordings import recorded_kinds
 from revolver_lab.runs.results import read_results
 
@@ -58,6 +58,15 @@ def test_the_pages_tables_of_natural_methods_are_what_is_recorded(robot):
     for title, results in recorded_kinds(robot):
         if is_natural(results):
             assert markdown(results) in (HAND if robot.startswith("adroit") else PAGE), title
+
+
+def test_the_door_is_not_opened_after_one_jump_or_two_but_after_four():
+    rows = {row["method"]: row for row in natural_rows(recorded("adroit-door", natural=True))}
+    assert [rows[f"jumps-{n}"]["good"] for n in (1, 2)] == [0, 0]
+    for name in ("jumps-4", "jumps-8", "xi-0", "xi-0.2", "h-1", "h-1-over-xi", "value-without-beta",
+                 "gate-evaluated-0.05", "step-0.02"):  # fmt: skip
+        assert rows[name]["good"] == rows[name]["seeds"] >= 5
+    assert rows["step-1e-4"]["farthest"] < 0.25
 
 
 @pytest.mark.parametrize(("robot", "text"), SECTIONS, ids=[name for name, _ in SECTIONS])

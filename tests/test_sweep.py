@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod
 from revolver_lab.natural_population import NaturalPopulation
 from revolver_lab.policies import Policy
 from revolver_lab.runs import Plan, Run, checkpoint, keep, keeping, recorded, store
+from revolver_lab.runs.claim import claimed
 from revolver_lab.runs.natural_summary import natural_rows, over_iterations
 from revolver_lab.runs.sweep import sweep
 from revolver_lab.runs.sweep_file import plans_of, read_sweep
@@ -223,6 +225,24 @@ def peace(tmp_path_factory, heard):
 def test_a_sweep_tells_of_every_job_that_ends(peace, heard):
     n = len(peace.plan.members)
     assert heard == [(done, n) for done in range(n + 1)]
+
+
+def test_a_sweep_that_waits_for_another_does_not_repeat_itself(tmp_path):
+    plans, counts = plans_of({**TINY, "seeds": [0]}), []
+    run = Run(plans[0], root=tmp_path)
+    run.prepare(len(run.plan.members))
+    with ThreadPoolExecutor(1) as aside:
+        with claimed(store.shard_folder(run.folder, 0)):
+            going = aside.submit(sweep, plans, root=tmp_path, jobs=1, every=0.1,
+                                 told=lambda *told: counts.append(told))  # fmt: skip
+            until = time.monotonic() + 120
+            while len(counts) < 2 and time.monotonic() < until:
+                time.sleep(0.1)
+            time.sleep(2)  # the other job is done: it looks for this one again and again
+        going.result()
+    n = len(run.plan.members)
+    assert counts == sorted(set(counts))
+    assert counts[0] == (0, n)
 
 
 def test_a_sweep_ends_in_tables_that_say_what_every_learner_came_to(peace, tmp_path):

@@ -32,7 +32,7 @@ def sweep(
         jobs: Processes on this machine; a learner by natural policy gradient takes one.
         cluster: Address of a Dask scheduler, whose workers take the jobs; None stays here.
         every: Seconds between checkpoints [s].
-        told: Called with the jobs that are done and all of them, at the start and after each.
+        told: Called with the jobs that are done and all of them, whenever there are more.
 
     Raises:
         SettingsError: If a learner failed, or jobs are killed again and again.
@@ -43,12 +43,13 @@ def sweep(
                             "time", "Leave them out.")  # fmt: skip
     runs = [Run(plan, root=root) for plan in plans]
     waiting = [job for run in runs for job in _jobs(run, jobs)]
-    total, tries = len(waiting), 0
+    total, tries, heard = len(waiting), 0, -1
     while waiting := [job for job in waiting if not _is_done(job)]:
         before = total - len(waiting)
         for done in _hand_out(waiting, jobs, cluster, every):
-            if told is not None:
-                told(before + done, total)
+            if told is not None and before + done > heard:
+                heard = before + done
+                told(heard, total)
         failed = _failures(waiting)
         if failed:
             raise SettingsError(f"jobs that failed: {'; '.join(failed)}", "jobs that end",
@@ -103,8 +104,7 @@ def _hand_out(
                 yield sum(map(_is_done, waiting))
     except TerminatedWorkerError:
         pass  # whoever was killed left a checkpoint: the rest is given out again
-    elsewhere = [job for job in waiting if not _is_done(job) and is_claimed(_work(job))]
-    if elsewhere:
+    if any(not _is_done(job) and is_claimed(_work(job)) for job in waiting):  # elsewhere
         time.sleep(min(every, 1.0))
 
 
