@@ -1,6 +1,7 @@
 """NPG, DAPG and SOIL: trajectories, updates, equalities bit for bit, and learning."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -284,6 +285,7 @@ def test_success_can_be_the_tasks_goal_or_a_return(evolve):
         {"trajectories": 0}, {"length": 1.5}, {"step_size": 0.0}, {"gamma": 1.1}, {"gae": -0.1},
         {"damping": -1}, {"hidden": ()}, {"bootstrap": 1}, {"log_std_floor": 1.0},
         {"warm_batches": -1}, {"imitation_decay": float("nan")}, {"value_beta": None},
+        {"carried_noise": 0}, {"carried_noise": "half"},
     ],
 )  # fmt: skip
 def test_settings_that_cannot_work_are_refused_by_name(changes):
@@ -293,8 +295,28 @@ def test_settings_that_cannot_work_are_refused_by_name(changes):
 
 
 def test_settings_travel_as_json():
+    quiet = dataclasses.replace(PUBLISHED, carried_noise=0.5)
     assert NaturalSettings.from_json(PUBLISHED.to_json()) == PUBLISHED
+    assert NaturalSettings.from_json(quiet.to_json()) == quiet != PUBLISHED
     assert not PUBLISHED.bootstrap
+
+
+def test_a_setting_that_came_later_renames_no_folder():
+    assert "carried_noise" not in PUBLISHED.to_json()
+
+
+@pytest.mark.parametrize(("noise", "held"), [(0.5, 0.5), (1.0, 1.0), (3.0, 3.0), (1e-9, 0.1)])
+def test_a_carried_expert_keeps_its_mean_and_changes_its_noise(evolve, noise, held):
+    floor = NaturalSettings(carried_noise=noise, log_std_floor=math.log(0.1))
+    npg, usual = NPG(2, 2, floor), NPG(2, 2, TINY)
+    npg.adopt(EXPERT)
+    usual.adopt(EXPERT)
+    seen = np.ones((3, 2), np.float32)
+    assert np.array_equal(npg.actor.mean(seen), usual.actor.mean(seen))
+    spread = np.exp(npg.actor.log_std) / np.exp(usual.actor.log_std)
+    expected = held if noise > 1e-3 else held / np.exp(usual.actor.log_std)
+    assert np.allclose(spread, expected)
+    assert np.array_equal(EXPERT.weights["actor.log_std"], usual.actor.log_std)
 
 
 def test_what_does_not_fit_is_refused(evolve, teacher):

@@ -87,11 +87,16 @@ class NPG:
     def adopt(self, policy: Policy) -> None:
         """Takes over a policy with a Gaussian head, its value net not.
 
+        Its noise is changed by `carried_noise`, and kept above the floor.
+
         Raises:
             PolicyFileError: If it does not fit the robot, or has another head.
         """
         policy.fits(self.actor.sizes[0], self.actor.sizes[-1])
         self.actor = Actor.of(policy, self.settings.log_std_start)
+        if self.settings.carried_noise != 1.0:
+            self.actor.log_std += np.log(self.settings.carried_noise)
+            np.maximum(self.actor.log_std, self.settings.log_std_floor, out=self.actor.log_std)
 
     def policy(self, card: ModelCard | None = None, *, value: bool = False) -> Policy:
         """Returns a copy of what has been learnt so far.

@@ -26,6 +26,7 @@ class NaturalSettings:
         hidden: Widths of the policy's hidden layers, where it starts from scratch.
         log_std_start: Of a policy that has none.
         log_std_floor: log_std is learnt, and does not fall below this.
+        carried_noise: Factor on the standard deviations of an expert that is carried over.
         value_hidden: Widths of the value net's hidden layers.
         value_beta: Whether the value net sees beta.
         value_epochs: Epochs on this and the last batch, after each update.
@@ -52,6 +53,7 @@ class NaturalSettings:
     hidden: tuple[int, ...] = (32, 32)
     log_std_start: float = 0.0
     log_std_floor: float = -3.0
+    carried_noise: float = 1.0
     value_hidden: tuple[int, ...] = (64, 64)
     value_beta: bool = True
     value_epochs: int = 3
@@ -72,7 +74,7 @@ class NaturalSettings:
                      "value_epochs", "inverse_epochs", "warm_epochs"):  # fmt: skip
             self._require(name, _whole(getattr(self, name), 1), "a whole number, 1 or more")
         self._require("warm_batches", _whole(self.warm_batches, 0), "a whole number, 0 or more")
-        for name in ("step_size", "value_rate", "inverse_rate"):
+        for name in ("step_size", "value_rate", "inverse_rate", "carried_noise"):
             value = getattr(self, name)
             self._require(name, _number(value) and value > 0, "a number above 0")
         for name in ("gamma", "gae", "imitation_decay"):
@@ -100,6 +102,10 @@ class NaturalSettings:
     def to_json(self) -> dict[str, Any]:
         """Returns the settings as plain JSON values."""
         plain = dataclasses.asdict(self)
+        # Folders are named by a hash of this: what came later is told only where it is used.
+        for name in _LATER:
+            if plain[name] == getattr(type(self), name):
+                del plain[name]
         return {k: list(v) if isinstance(v, tuple) else v for k, v in plain.items()}
 
     @classmethod
@@ -112,6 +118,9 @@ class NaturalSettings:
         """
         read: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in value.items()}
         return cls(**read)
+
+
+_LATER = ("carried_noise",)
 
 
 def _number(value: Any) -> bool:
