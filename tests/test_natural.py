@@ -18,7 +18,8 @@ from revolver_lab.errors import (
 )
 from revolver_lab.learners.natural import gaussian
 from revolver_lab.learners.natural.algorithms import ALGORITHMS, make_learner
-from revolver_lab.learners.natural.dapg import DAPG, imitation_weight
+from revolver_lab.learners.natural.dapg import DAPG
+from revolver_lab.learners.natural.imitating import imitation_weight
 from revolver_lab.learners.natural.npg import NPG
 from revolver_lab.learners.natural.settings import PILOT, PUBLISHED, NaturalSettings
 from revolver_lab.learners.natural.soil import SOIL

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from revolver_lab.evolution.parameters import DISCRETE
+
 if TYPE_CHECKING:
     from dm_control.mujoco import Physics
 
@@ -16,21 +18,6 @@ _STRUCTS = {
     "opt": ("timestep", "gravity", "wind", "magnetic", "density", "viscosity", "impratio"),
     "stat": ("center", "extent", "meaninertia", "meanmass", "meansize"),
 }
-_OPTION_SWITCHES = (
-    "integrator",
-    "cone",
-    "solver",
-    "jacobian",
-    "iterations",
-    "tolerance",
-    "ls_iterations",
-    "ls_tolerance",
-    "noslip_iterations",
-    "noslip_tolerance",
-    "disableflags",
-    "enableflags",
-    "disableactuator",
-)
 
 Arrays = dict[str, np.ndarray]
 
@@ -50,7 +37,7 @@ def _array_names() -> tuple[str, ...]:
 
 def _struct_fields() -> list[tuple[str, str]]:
     fields = [(struct, name) for struct, names in _STRUCTS.items() for name in names]
-    return fields + [("opt", name) for name in _OPTION_SWITCHES]
+    return fields + [("opt", name) for name in DISCRETE["option"]]
 
 
 def read(model: mujoco.MjModel) -> Arrays:

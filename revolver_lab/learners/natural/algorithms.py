@@ -3,11 +3,12 @@
 from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.errors import SettingsError, UnknownNameError
 from revolver_lab.learners.natural.dapg import DAPG
+from revolver_lab.learners.natural.imitating import Imitator
 from revolver_lab.learners.natural.npg import NPG
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
 from revolver_lab.learners.natural.soil import SOIL
 
-IMITATORS: dict[str, type[DAPG] | type[SOIL]] = {"DAPG": DAPG, "SOIL": SOIL}
+IMITATORS: dict[str, type[Imitator]] = {"DAPG": DAPG, "SOIL": SOIL}
 ALGORITHMS = ("NPG", *IMITATORS)
 
 

@@ -3,59 +3,16 @@
 import numpy as np
 
 from revolver_lab.demonstrations import Demonstrations
-from revolver_lab.learners.natural.actor import Rows
-from revolver_lab.learners.natural.npg import NPG
-from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
+from revolver_lab.learners.natural.imitating import Imitator
 from revolver_lab.trajectories import Trajectories
 
 
-def imitation_weight(settings: NaturalSettings, iteration: int, advantages: np.ndarray) -> float:
-    """Returns lambda_0 lambda_1^k max A (Rajeswaran et al. 2018, equation 4).
+class DAPG(Imitator):
+    """Demonstration-augmented policy gradient (Rajeswaran et al. 2018).
 
-    Where nothing was earned the advantages are all 0; the maximum is then taken as 1, so that
-    demonstrations alone move the policy.
-
-    Args:
-        settings: lambda_0 and lambda_1.
-        iteration: k, from 0.
-        advantages: Whitened, (N,).
-
-    Example:
-        >>> imitation_weight(NaturalSettings(imitation_weight=0.5), 1, np.array([-1.0, 2.0]))
-        0.95
-    """
-    most = float(advantages.max()) if advantages.any() else 1.0
-    return settings.imitation_weight * settings.imitation_decay**iteration * most
-
-
-class DAPG(NPG):
-    """Demonstration-augmented policy gradient; without demonstrations it is NPG, bit for bit.
-
-    Args:
-        observation_size: O.
-        action_size: A.
-        settings: What it is made of.
-        demonstrations: What a teacher saw and did; None for none.
-        seed: Seed of weights, actions and minibatches.
-
-    Raises:
-        DemonstrationsError: If the demonstrations do not fit the robot.
+    What the teacher did is imitated as it is.
     """
 
-    def __init__(
-        self, observation_size: int, action_size: int, settings: NaturalSettings = PILOT, *,
-        demonstrations: Demonstrations | None = None, seed: int = 0,
-    ):  # fmt: skip
-        super().__init__(observation_size, action_size, settings, seed=seed)
-        if demonstrations is not None:
-            demonstrations.fits(observation_size, action_size)
-        self.demonstrations = demonstrations
-
-    def imitated(self, batch: Trajectories, advantages: np.ndarray) -> Rows | None:
-        """Returns the teacher's pairs, each with the weight of this iteration."""
-        weight = imitation_weight(self.settings, self.iterations, advantages)
-        if self.demonstrations is None or weight == 0:
-            return None
-        teacher = self.demonstrations
-        return Rows(observations=teacher.observations, actions=teacher.actions,
-                    weights=np.full(len(teacher.actions), weight))  # fmt: skip
+    def taught(self, batch: Trajectories, teacher: Demonstrations) -> np.ndarray:
+        """Returns what the teacher did, (N, A)."""
+        return teacher.actions

@@ -5,15 +5,13 @@ from typing import Any
 import numpy as np
 
 from revolver_lab.demonstrations import Demonstrations
-from revolver_lab.learners.natural.actor import Rows
-from revolver_lab.learners.natural.dapg import imitation_weight
-from revolver_lab.learners.natural.npg import NPG
+from revolver_lab.learners.natural.imitating import Imitator
 from revolver_lab.learners.natural.regressor import Regressor
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
 from revolver_lab.trajectories import Trajectories
 
 
-class SOIL(NPG):
+class SOIL(Imitator):
     """State-only imitation learning (Radosavovic et al. 2020).
 
     An inverse dynamics model a = h(s, s') is fitted to the policy's own latest batches, and so
@@ -35,10 +33,8 @@ class SOIL(NPG):
         self, observation_size: int, action_size: int, settings: NaturalSettings = PILOT, *,
         demonstrations: Demonstrations | None = None, seed: int = 0,
     ):  # fmt: skip
-        super().__init__(observation_size, action_size, settings, seed=seed)
-        if demonstrations is not None:
-            demonstrations.fits(observation_size, demonstrations.action_size)
-        self.demonstrations = demonstrations
+        super().__init__(observation_size, action_size, settings, demonstrations=demonstrations,
+                         seed=seed)  # fmt: skip
         self.inverse = Regressor(
             2 * observation_size, action_size, hidden=settings.inverse_hidden,
             learning_rate=settings.inverse_rate, batch_size=settings.value_batch,
@@ -46,15 +42,14 @@ class SOIL(NPG):
         )  # fmt: skip
         self._memory: list[tuple[np.ndarray, np.ndarray]] = []
 
-    def imitated(self, batch: Trajectories, advantages: np.ndarray) -> Rows | None:
-        """Returns the teacher's states, each with the action the model tells."""
-        weight = imitation_weight(self.settings, self.iterations, advantages)
-        if self.demonstrations is None or weight == 0:
-            return None
+    def require(self, teacher: Demonstrations) -> None:
+        """Raises DemonstrationsError unless the states are the robot's; the actions may not be."""
+        teacher.fits(self.actor.sizes[0], teacher.action_size)
+
+    def taught(self, batch: Trajectories, teacher: Demonstrations) -> np.ndarray:
+        """Returns the actions that the model, fitted to this batch too, tells, (N, A)."""
         self.learn(batch)
-        actions = self.tell(self.demonstrations)
-        return Rows(observations=self.demonstrations.observations, actions=actions,
-                    weights=np.full(len(actions), weight))  # fmt: skip
+        return self.tell(teacher)
 
     def learn(self, batch: Trajectories) -> None:
         """Fits the inverse model to this and the latest batches.
