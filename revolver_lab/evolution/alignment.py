@@ -8,12 +8,14 @@ import numpy as np
 from revolver_lab.errors import ParameterError
 from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
 
+_MINVAL = 1e-15  # MuJoCo's own
+
 
 def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
     """Bring two canonical robots to the same form wherever they were written differently.
 
     Ends become pose and size where only one robot gives ends; masses become explicit where one
-    robot states an inertia, or a mass, that the other infers.
+    robot states an inertia, or a mass, that the other infers; so do springs and muscles.
 
     Args:
         source: A canonical robot, changed in place.
@@ -33,6 +35,13 @@ def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
         if np.any(a.springdamper) != np.any(b.springdamper):
             _spell_out_spring(a, models[0])
             _spell_out_spring(b, models[1])
+    for a, b in _paired(source, target, pairs, "actuator"):
+        _align_muscles(a, b, models)
+    for a, b in _paired(source, target, pairs, "key"):
+        _align_keys(a, b, models)
+    for a, b in _paired(source, target, pairs, "body"):
+        if _simple_in_places(a, b, models):
+            a.simple = b.simple = 0
     _align_inertias(source, target, pairs, models)
 
 
@@ -88,6 +97,46 @@ def _spell_out_spring(joint: Element, model: mujoco.MjModel) -> None:
     joint.stiffness[0] = model.jnt_stiffness[joint.id]
     joint.damping[0] = model.dof_damping[dof]
     joint.springdamper = np.zeros(2)
+
+
+def _align_muscles(a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.MjModel]) -> None:
+    """Let both actuators state what only one states: its range of lengths, its peak force."""
+    if np.any(a.lengthrange) != np.any(b.lengthrange):
+        for actuator, model in zip((a, b), models):
+            actuator.lengthrange = model.actuator_lengthrange[actuator.id]
+    muscles = a.gaintype == b.gaintype == mujoco.mjtGain.mjGAIN_MUSCLE
+    if not muscles or (a.gainprm[2] < 0.0) == (b.gainprm[2] < 0.0):
+        return
+    for actuator, model in zip((a, b), models):
+        for attribute in ("gainprm", "biasprm"):
+            values = np.array(getattr(actuator, attribute))
+            if values[2] < 0.0:  # it is then found from a scale, and from what the muscle moves
+                values[2] = values[3] / max(model.actuator_acc0[actuator.id], _MINVAL)
+                setattr(actuator, attribute, values)
+
+
+def _align_keys(a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.MjModel]) -> None:
+    """Let both keyframes state what only one states."""
+    for field in ("qpos", "qvel", "act", "ctrl", "mpos", "mquat"):
+        if bool(len(getattr(a, field))) != bool(len(getattr(b, field))):
+            for key, model in zip((a, b), models):
+                setattr(key, field, getattr(model, f"key_{field}")[key.id].tolist())
+
+
+def _simple_in_places(
+    a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.MjModel]
+) -> bool:
+    """Whether MuJoCo's shortcut for bodies of diagonal inertia can hold here and not there.
+
+    It changes the layout of a model. It depends on where the centre of mass and the axes are.
+    """
+    told = []
+    for body, model in zip((a, b), models):
+        joints = slice(model.body_jntadr[body.id], model.body_jntadr[body.id] + len(body.joints))
+        told.append((model.body_ipos[body.id], model.body_iquat[body.id],
+                     model.jnt_pos[joints], model.jnt_axis[joints]))  # fmt: skip
+    simple = any(model.body_simple[body.id] for body, model in zip((a, b), models))
+    return simple and any(not np.array_equal(x, y) for x, y in zip(*told))
 
 
 def _infers_differently(source: mujoco.MjSpec, target: mujoco.MjSpec) -> bool:

@@ -87,6 +87,8 @@ class Evolution:
         self._cache, self._lock = Cache(cache_bytes), threading.Lock()
         self._made: live.Base | None = None
         self._varying: set[str] = set()
+        if self._theta.switches:  # not all that is discrete can change within one layout
+            self._arrays(1.0)
 
     def __repr__(self) -> str:
         changed = int(self._theta.changed.sum())
@@ -192,9 +194,15 @@ class Evolution:
         with self._lock:
             if self._made is None:  # once, or the second would find no textures
                 self._theta.write(0.0, self._spec, self._found)
-                self._made = live.Base(tendon_paths.compiled(self._spec, self._found["wrap"]))
+                self._made = live.Base(
+                    live.awake(self._spec, self._compiled, self._theta.attributes)
+                )
                 live.undress(self._spec)
             return self._made
+
+    def _compiled(self) -> mujoco.MjModel:
+        """The robot as it is written now."""
+        return tendon_paths.compiled(self._spec, self._found["wrap"])
 
     def _arrays(self, alpha: float) -> live.Arrays:
         """What distinguishes E(alpha) from E(0), compiled once and remembered."""
@@ -204,14 +212,14 @@ class Evolution:
         with self._lock:
             self._theta.write(alpha, self._spec, self._found)
             try:
-                model = tendon_paths.compiled(self._spec, self._found["wrap"])
+                arrays = base.difference(self._compiled())
             except ValueError as error:
                 raise ParameterError(
-                    f"E({alpha}), which MuJoCo refuses: {error}",
-                    "two robots between which every robot is legal",
-                    "Change the parameter it names, or give it a ramp of its own.",
+                    f"E({alpha}), which cannot be: {error}",
+                    "two robots between which every robot is legal and has as many of everything",
+                    "Change the parameter it names, or give it a ramp of its own; a mesh that "
+                    "deforms has to keep the corners and faces of its convex hull.",
                 ) from error
-        arrays = base.difference(model)
         self._varying |= arrays.keys()
         self._cache.put(alpha, arrays)
         return arrays

@@ -1,7 +1,8 @@
 """Moving a live model to another alpha: compiled arrays are copied in, geometry is never edited."""
 
 import functools
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Collection
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -15,9 +16,10 @@ if TYPE_CHECKING:
 _CONSTANT = {"names", "names_map", "paths", "tex_data", "text_data"}
 # Scalars and small arrays that live in the model's structs instead of among its arrays.
 _STRUCTS = {
-    "opt": ("timestep", "gravity", "wind", "magnetic", "density", "viscosity", "impratio"),
+    "opt": ("timestep", "gravity", "wind", "magnetic", "density", "viscosity", "impratio",
+            "o_margin", "o_solref", "o_solimp", "o_friction"),
     "stat": ("center", "extent", "meaninertia", "meanmass", "meansize"),
-}
+}  # fmt: skip
 
 Arrays = dict[str, np.ndarray]
 
@@ -38,6 +40,18 @@ def _array_names() -> tuple[str, ...]:
 def _struct_fields() -> list[tuple[str, str]]:
     fields = [(struct, name) for struct, names in _STRUCTS.items() for name in names]
     return fields + [("opt", name) for name in DISCRETE["option"]]
+
+
+# Numbers of what may differ: textures are taken off, and the flags' counts are never looked at.
+_COUNTED_ELSEWHERE = ("tex", "names", "paths", "buffer", "gravcomp", "mat")
+
+
+@functools.cache
+def _counts() -> tuple[str, ...]:
+    """MuJoCo's names of how many of everything a model has: what its layout is made of."""
+    probe = mujoco.MjSpec().compile()
+    counts = (n for n in dir(probe) if n.startswith("n") and isinstance(getattr(probe, n), int))
+    return tuple(n for n in counts if not n[1:].startswith(_COUNTED_ELSEWHERE))
 
 
 def read(model: mujoco.MjModel) -> Arrays:
@@ -67,6 +81,43 @@ def _of_textures(field: str) -> bool:
     return field.startswith("tex_") or field == "mat_texid"
 
 
+# What MuJoCo does not look at in a model that was compiled with none of it, by kind of element.
+_FLAGGED = {"gravcomp": "body", "surfacevel": "geom", "adhesion": "geom"}
+
+
+def awake(
+    spec: mujoco.MjSpec, compiled: Callable[[], mujoco.MjModel], wanted: Collection[str]
+) -> mujoco.MjModel:
+    """Compiles a robot such that MuJoCo looks at what is 0 here, and is not elsewhere on the path.
+
+    A model's flags are set when it is compiled, and cannot be set again.
+
+    Args:
+        spec: The robot; it is left as it was.
+        compiled: Compiles it.
+        wanted: Attributes of bodies or geoms that are not 0 everywhere on the path.
+    """
+    model = compiled()
+    asleep = [a for a in wanted if a in _FLAGGED and not getattr(model, f"flg_{a}")]
+    if not asleep:
+        return model
+    stirred = []
+    for attribute in asleep:
+        element = spec.bodies[-1] if _FLAGGED[attribute] == "body" else spec.geoms[-1]
+        stirred.append((element, attribute, np.array(getattr(element, attribute))))
+        _put(element, attribute, np.ones_like(stirred[-1][2]))
+    lending = compiled()
+    for element, attribute, value in stirred:
+        _put(element, attribute, value)
+    write(lending, read(model))
+    return lending
+
+
+def _put(element: Any, attribute: str, value: np.ndarray) -> None:
+    """Sets an attribute; MjSpec takes no arrays for what is one number."""
+    setattr(element, attribute, value if value.ndim else float(value))
+
+
 class Base:
     """E(0), as what every other robot of the path is compared with and stored against.
 
@@ -89,7 +140,14 @@ class Base:
 
         Returns:
             Field name -> array; empty for E(0) itself.
+
+        Raises:
+            ValueError: If there is more or less of something than in E(0); it is named.
         """
+        for name in _counts():
+            if getattr(model, name) != getattr(self.model, name):
+                raise ValueError(f"it has {name} = {getattr(model, name)}, and E(0) "
+                                 f"{getattr(self.model, name)}")  # fmt: skip
         found: Arrays = {}
         for name in self._plain:
             array = getattr(model, name)

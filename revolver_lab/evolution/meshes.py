@@ -75,6 +75,14 @@ def _align(ours: Element, theirs: Element, models: tuple[mujoco.MjModel, mujoco.
     unscaled = a / np.array(ours.scale), b / np.array(theirs.scale)
     if np.allclose(*unscaled, atol=_TOLERANCE * np.abs(unscaled[0]).max(), rtol=0.0):
         return
+    hulls = [_hull(model, mesh.name) for model, mesh in zip(models, (ours, theirs))]
+    if hulls[0] != hulls[1]:
+        raise ParameterError(
+            f"meshes {ours.name!r} and {theirs.name!r}, whose convex hulls have {hulls[0]} and "
+            f"{hulls[1]} corners and faces",
+            "meshes whose hulls have as many, since MuJoCo lays a model out by them",
+            "Deform it less, or collide with primitives: contype='0' conaffinity='0' on its geom.",
+        )
     _write_out(ours, a, faces)
     _write_out(theirs, b, faces)
 
@@ -89,6 +97,12 @@ def _as_written(model: mujoco.MjModel, mesh: Element) -> tuple[np.ndarray, np.nd
     mujoco.mju_quat2Mat(rotation, model.mesh_quat[i])
     points = model.mesh_vert[vertices].astype(float) @ rotation.reshape(3, 3).T + model.mesh_pos[i]
     return points, model.mesh_face[faces].copy()
+
+
+def _hull(model: mujoco.MjModel, name: str) -> tuple[int, int]:
+    """Corners and faces of a mesh's convex hull; none where nothing collides with it."""
+    at = model.mesh(name).graphadr[0]
+    return (0, 0) if at < 0 else tuple(model.mesh_graph[at : at + 2].tolist())
 
 
 def _write_out(mesh: Element, points: np.ndarray, faces: np.ndarray) -> None:

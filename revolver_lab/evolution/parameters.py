@@ -15,11 +15,13 @@ class Parameter:
         attribute: Its name in MuJoCo's MjSpec.
         unit: SI unit, "" where it has none; {q} stands for rad or m, by the joint's type.
         how: LINEAR, ROTATION or DIRECTION.
+        rare: Whether it is part of theta only where the two robots differ in it.
     """
 
     attribute: str
     unit: str = ""
     how: str = LINEAR
+    rare: bool = False
 
 
 def _contact(friction: str = "friction") -> tuple[Parameter, ...]:
@@ -73,6 +75,8 @@ CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
         *_contact(),
         Parameter("solmix"),
         Parameter("fluid_coefs"),
+        Parameter("surfacevel", "m/s", rare=True),
+        Parameter("adhesion", "N", rare=True),
         Parameter("rgba"),
     ),
     "site": (
@@ -96,6 +100,9 @@ CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
         Parameter("cranklength", "m"),
         Parameter("damping"),
         Parameter("armature"),
+        Parameter("velrange", rare=True),
+        Parameter("ffrange", rare=True),
+        Parameter("delay", "s", rare=True),
     ),
     "tendon": (
         Parameter("range", "m"),
@@ -107,12 +114,13 @@ CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
         Parameter("margin", "m"),
         Parameter("width", "m"),
         Parameter("actfrcrange"),
+        Parameter("rgba", rare=True),
         *_LIMIT,
         *_FRICTION,
     ),
     "wrap": (Parameter("coef"), Parameter("divisor")),
     "equality": (Parameter("data"), Parameter("solref"), Parameter("solimp")),
-    "pair": (*_contact(), Parameter("solreffriction")),
+    "pair": (*_contact(), Parameter("solreffriction"), Parameter("adhesion", "N", rare=True)),
     "camera": (
         Parameter("pos", "m"),
         Parameter("quat", "rad", ROTATION),
@@ -125,6 +133,8 @@ CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
         Parameter("act"),
         Parameter("ctrl"),
         Parameter("mpos", "m"),
+        Parameter("mquat", rare=True),  # MuJoCo makes it of length one
+        Parameter("time", "s", rare=True),
     ),
     "option": (
         Parameter("timestep", "s"),
@@ -134,6 +144,10 @@ CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
         Parameter("density", "kg/m^3"),
         Parameter("viscosity", "Pa s"),
         Parameter("impratio"),
+        Parameter("o_margin", "m", rare=True),
+        Parameter("o_solref", rare=True),
+        Parameter("o_solimp", rare=True),
+        Parameter("o_friction", rare=True),
     ),
 }
 
@@ -141,8 +155,16 @@ CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
 # Group and material are not here: they only choose how a robot is drawn, and stay the source's.
 DISCRETE: dict[str, tuple[str, ...]] = {
     "body": ("mocap",),
-    "joint": ("type", "limited", "actfrclimited", "actgravcomp"),
-    "geom": ("type", "contype", "conaffinity", "condim", "priority", "fluid_ellipsoid"),
+    "joint": ("type", "limited", "actfrclimited", "actgravcomp", "align"),
+    "geom": (
+        "type",
+        "contype",
+        "conaffinity",
+        "condim",
+        "priority",
+        "fluid_ellipsoid",
+        "typeinertia",
+    ),
     "site": ("type",),
     "mesh": ("inertia",),
     "actuator": (
@@ -154,6 +176,10 @@ DISCRETE: dict[str, tuple[str, ...]] = {
         "forcelimited",
         "actlimited",
         "actearly",
+        "actdim",
+        "ctrlspec",
+        "nsample",
+        "interp",
     ),
     "tendon": ("limited", "actfrclimited"),
     "wrap": ("type",),
@@ -170,6 +196,10 @@ DISCRETE: dict[str, tuple[str, ...]] = {
         "ls_tolerance",
         "noslip_iterations",
         "noslip_tolerance",
+        "ccd_iterations",
+        "ccd_tolerance",
+        "sdf_iterations",
+        "sdf_initpoints",
         "disableflags",
         "enableflags",
         "disableactuator",

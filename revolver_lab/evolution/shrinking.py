@@ -25,6 +25,9 @@ not to be seen (1 mm in a metre), and large enough for MuJoCo's least mesh volum
 WEAK = 1e-6
 """Factor of the gear of every created actuator, and of the pull of every created tendon."""
 
+SLOW = 1e4
+"""Factor of the time constant of a created constraint between sites that are apart."""
+
 HOLD = 1e4
 """Times a joint's own inertia that holds a joint created where the bodies are welded.
 
@@ -39,6 +42,7 @@ _FACTOR = 1e-12
 _TINY_MASS, _TINY_INERTIA = 1e-13, 1e-14
 _TINY_MASS_IN_MEDIUM, _TINY_INERTIA_IN_MEDIUM = 2e-8, 2e-15
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE
+_MUSCLE_FORCE, _MUSCLE_SCALE = 2, 3  # places in gainprm and biasprm
 _FREELY_SIZED = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 
 
@@ -158,12 +162,19 @@ def shrink_mesh(mesh: mujoco.MjsMesh, volume: float) -> None:
 
 def shrink_actuator(actuator: mujoco.MjsActuator, model: mujoco.MjModel, donor: str) -> None:
     """Let a created actuator push with almost no force."""
-    actuator.gear = np.array(actuator.gear) * WEAK
     actuator.damping = np.array(actuator.damping) * WEAK
     actuator.armature = actuator.armature * WEAK
-    if actuator.gaintype == mujoco.mjtGain.mjGAIN_MUSCLE:
-        i = model.actuator(donor).id
-        actuator.lengthrange = model.actuator_lengthrange[i] * WEAK
+    if actuator.gaintype != mujoco.mjtGain.mjGAIN_MUSCLE:
+        actuator.gear = np.array(actuator.gear) * WEAK
+        return
+    # A muscle's peak force may be told by what its gear accelerates: a weak gear would change
+    # nothing. Its length at zero size is outside the range found there, so it keeps its own.
+    for attribute in ("gainprm", "biasprm"):
+        values = np.array(getattr(actuator, attribute))
+        values[_MUSCLE_SCALE] *= WEAK
+        values[_MUSCLE_FORCE] *= WEAK if values[_MUSCLE_FORCE] > 0 else 1.0
+        setattr(actuator, attribute, values)
+    actuator.lengthrange = model.actuator_lengthrange[model.actuator(donor).id]
 
 
 def shrink_tendon(tendon: mujoco.MjsTendon) -> None:
@@ -185,6 +196,10 @@ def shrink_equality(equality: mujoco.MjsEquality, *, anchored: bool) -> None:
         data = np.array(equality.data)
         data[:6] *= EPSILON
         equality.data = data
+    if equality.objtype == mujoco.mjtObj.mjOBJ_SITE:
+        # Two sites need not come together at zero size: what pulls them has to be slow as well.
+        solref = np.array(equality.solref)
+        equality.solref = solref * ([SLOW, 1.0] if solref[0] > 0.0 else WEAK)
 
 
 def state_inertias(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:

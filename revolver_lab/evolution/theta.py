@@ -131,6 +131,11 @@ class Theta:
             if not block.same()
         ]
 
+    @property
+    def attributes(self) -> set[str]:
+        """MuJoCo's names of the attributes that change for any element."""
+        return {block.parameter.attribute for block, _ in self._moving}
+
     def __call__(self, alpha: float) -> np.ndarray:
         """theta(alpha), (D,); exact at both ends (section 4.1, equation 2)."""
         return self._at(self._f(alpha))
@@ -154,17 +159,15 @@ class Theta:
         theta = self._at(f)
         for block, where in self._moving:
             kind, name = block.element
+            element, attribute = found[kind][name], block.parameter.attribute
             value = block.value(theta[where], f[where])
-            setattr(found[kind][name], block.parameter.attribute, _as_written(value))
+            if not hasattr(getattr(element, attribute), "__len__"):  # MjSpec takes no array here
+                value = float(value[0])
+            setattr(element, attribute, value)
         for switch in self.switches:
             kind, name = switch.element
             value = switch.target if alpha >= switch.alpha else switch.source
             setattr(found[kind][name], switch.attribute, value)
-
-
-def _as_written(value: np.ndarray) -> float | np.ndarray:
-    """Scalars as floats: MjSpec takes no arrays of one for them."""
-    return float(value[0]) if value.shape == (1,) else value
 
 
 def _equal(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -1,0 +1,167 @@
+"""What few robots differ in: both ends move as the two robots, or the difference is refused."""
+
+import mujoco
+import numpy as np
+import pytest
+from test_uncommon_parts import OVER, link, robot, shaken, tendon
+
+import revolver_lab as rvl
+from revolver_lab.errors import ParameterError
+from revolver_lab.evolution.parameters import CONTINUOUS, DISCRETE
+
+
+def ball(more=""):
+    return f"<geom name='x' size='.02' pos='.2 0 -.9' {more}/>"
+
+
+def box(at, joints="<freejoint name='r'/>"):
+    return (
+        f"<mujoco><worldbody><body name='b' pos='0 0 1'>{joints}<geom name='g' type='box'"
+        f" size='.1 .2 .3' pos='{at}'/></body></worldbody></mujoco>"
+    )
+
+
+def muscle(more="", low=60):
+    return robot(joint=f"range='-{low} 60'", motors=f"<muscle name='m' joint='f1' {more}/>")
+
+
+def held(more, z):
+    key = f"<keyframe><key name='k' qpos='.1 .2 .3 .4' {more}/></keyframe>"
+    place = f"<body name='m' mocap='true' pos='1 0 {z}'/>" if z is not None else ""
+    return robot(scene=place, rest=key)
+
+
+def slide(axis):
+    joints = "<joint name='x' type='slide' axis='1 0 0'/>"
+    return box("0 0 0", joints + f"<joint name='y' type='slide' axis='{axis}'/>")
+
+
+FLOATS = "<joint name='f3' axis='0 1 0'/>"
+OVERRIDE = "<option o_solref='{} 1'><flag override='enable'/></option>"
+DIFFERENCES = {
+    "weightlessness": [robot(tip=link(FLOATS, more=m)) for m in ("", "gravcomp='.5'")],
+    "a moving surface": [robot(tip=ball(m)) for m in ("", "surfacevel='1 0 0 0 0 0'")],
+    "glue": [robot(tip=ball(m)) for m in ("", "adhesion='3'")],
+    "glue between two": [
+        robot(rest=f"<contact><pair name='p' geom1='f2' geom2='floor' {m}/></contact>")
+        for m in ("", "adhesion='2' margin='.9' gap='.1'")
+    ],
+    "a pulley's divisor": [
+        robot(rest=tendon(f"<site site='s0'/><site site='s1'/><pulley divisor='{d}'/>"
+                          + OVER.format("")))
+        for d in (2, 3)
+    ],
+    "a muscle's force, stated by one": [muscle(), muscle("force='30'")],
+    "a muscle's lengths, stated by one": [muscle(), muscle("lengthrange='-.5 .5'")],
+    "a muscle's joint": [muscle(low=60), muscle(low=30)],
+    "overridden contacts": [robot(head=OVERRIDE.format(s)) for s in (0.02, 0.05)],
+    "a delay": [
+        robot(motors=f"<position name='q' joint='f1' kp='5' nsample='10' delay='{d}'/>")
+        for d in (0.002, 0.01)
+    ],
+    "the places of a keyframe": [
+        held(f"mpos='0 0 {z}' mquat='1 0 0 {z}'", 0.5) for z in (0, 1)
+    ],
+    "a place only one has": [held("", None), held("mpos='0 0 1'", 0.5)],
+    "a controlled key": [held("", None), held("ctrl='.5' qvel='0 1 0 0'", None)],
+    "the middle of a single body": [box("0 0 0"), box(".1 .2 .05")],
+    "the axis of a sledge": [slide("0 1 0"), slide("0 0 1")],
+    "a medium": [robot(head=f"<option density='{d}' viscosity='.1'/>") for d in (0, 1000)],
+    "damping by powers of the speed": [robot(joint=j) for j in ("", "stiffness='1 2 3'")],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DIFFERENCES)
+def test_both_ends_move_as_the_two_robots_and_nothing_bursts_between(name):
+    texts = DIFFERENCES[name]
+    evolve = rvl.Evolution(*texts)
+    assert evolve.theta_changed.any()
+    for alpha, text in enumerate(texts):
+        alone = shaken(mujoco.MjModel.from_xml_string(text))
+        np.testing.assert_allclose(shaken(evolve.model(alpha)), alone, atol=1e-9)
+    for alpha in np.linspace(0.1, 0.9, 5):
+        shaken(evolve.model(alpha))
+
+
+@pytest.mark.parametrize("name", ["weightlessness", "glue", "a moving surface"])
+def test_what_is_absent_at_first_acts_in_between(name):
+    one, other = DIFFERENCES[name]
+    evolve = rvl.Evolution(one, other)
+    without, half = (shaken(evolve.model(alpha)) for alpha in (0.0, 0.5))
+    assert np.abs(without - half).max() > 1e-7
+
+
+@pytest.mark.parametrize(
+    ("attribute", "values", "what"),
+    [("nsample", ("5", "10"), "nhistory"), ("dyntype", ("none", "filter"), "na = 1")],
+)
+def test_a_switch_that_changes_how_much_there_is_is_refused_at_once(attribute, values, what):
+    made = [
+        robot(motors=f"<general name='q' joint='f1' {attribute}='{v}' dynprm='.1' delay='.002'"
+              f" {'nsample=' + chr(39) + '5' + chr(39) if attribute != 'nsample' else ''}/>")
+        for v in values
+    ]  # fmt: skip
+    with pytest.raises(ParameterError, match=f"q/{attribute}"):
+        rvl.Evolution(*made)
+    with pytest.raises(ParameterError, match=what):
+        rvl.Evolution(*made, switch=0.5)
+
+
+def mesh(corner, more=""):
+    return (
+        f"<mujoco><asset><mesh name='m' vertex='0 0 0 .1 0 0 0 .1 0 0 0 .1 {corner}'"
+        " face='0 2 1 0 1 3 0 3 2 1 4 3 1 2 4 2 3 4'/></asset><worldbody><body name='b'>"
+        f"<joint name='h'/><geom name='g' type='mesh' mesh='m' {more}/></body></worldbody></mujoco>"
+    )
+
+
+def test_a_mesh_whose_hull_loses_a_corner_is_refused_unless_nothing_collides_with_it():
+    corners = ".1 .1 .1", ".02 .02 .02"
+    with pytest.raises(ParameterError, match=r"convex hulls have \(5, 6\) and \(4, 4\) corners"):
+        rvl.Evolution(*map(mesh, corners))
+    free = rvl.Evolution(*(mesh(c, "contype='0' conaffinity='0'") for c in corners))
+    masses = [free.model(alpha).body_mass[1] for alpha in (0.0, 0.5, 1.0)]
+    assert masses[0] > masses[1] > masses[2] > 0
+
+
+# What MjSpec knows besides theta: names and what belongs to whom, other ways to write what theta
+# has, what only a compiler or a viewer looks at, and plugins, which are refused elsewhere.
+LEFT = {
+    "": "alt classname compiler frame group id info name parent plugin signature userdata",
+    "body": "bodies cameras childclass explicitinertial frames fullinertia fuse geoms ialt joints "
+    "lights simple sites sleep",
+    "geom": "fitscale hfieldname material meshname",
+    "site": "material meshname",
+    "camera": "focal_length focal_pixel intrinsic ipd mode output principal_length "
+    "principal_pixel proj resolution sensor_size targetbody",
+    "light": "active ambient attenuation bulbradius castshadow cutoff diffuse exponent intensity "
+    "mode range softness specular targetbody texture type",
+    "tendon": "material path",
+    "actuator": "refsite slidersite target type",
+    "equality": "name1 name2 objtype",
+    "pair": "geomname1 geomname2",
+    "mesh": "content_type file material maxhullvert needsdf octree_maxdepth refpos refquat "
+    "smoothnormal userface userfacenormal userfacetexcoord usernode usernormal usertet "
+    "usertexcoord",
+    "option": "sleep_tolerance",
+}
+
+
+def _one_of_each():
+    spec = mujoco.MjSpec()
+    body = spec.worldbody.add_body(name="b")
+    made = {"body": body, "option": spec.option}
+    for kind in ("geom", "joint", "site", "camera", "light"):
+        made[kind] = getattr(body, f"add_{kind}")()
+    for kind in ("tendon", "actuator", "equality", "pair", "key", "mesh"):
+        made[kind] = getattr(spec, f"add_{kind}")()
+    return made
+
+
+def test_every_attribute_that_mujoco_knows_is_interpolated_compared_or_left_by_name():
+    for kind, element in _one_of_each().items():
+        known = {parameter.attribute for parameter in CONTINUOUS[kind]}
+        known |= {*DISCRETE.get(kind, ()), *LEFT[""].split(), *LEFT.get(kind, "").split()}
+        there = {a for a in dir(element) if not a.startswith("_")}
+        there = {a for a in there if not callable(getattr(element, a))}
+        assert there <= known, (kind, there - known)
