@@ -29,6 +29,10 @@ def mjcf(inside="", before=""):
         ("<", "not well-formed"),
         ("<mujoco><worldbody>", "not well-formed"),
         ("<html></html>", "starts with <html>.*MJCF"),
+        (
+            "<robot name='r' xmlns:xacro='x'><xacro:property name='a' value='1'/></robot>",
+            "uses <xacro:property>.*xacro robot.xacro > robot.urdf",
+        ),
         ("<mujoco><nonsense/></mujoco>", "MuJoCo says.*Schema violation"),
         (BOMB, "DOCTYPE"),
         ("<mujoco>" + "<a>" * 500 + "</a>" * 500 + "</mujoco>", "nested 129 deep"),

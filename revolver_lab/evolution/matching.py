@@ -158,8 +158,8 @@ def _check_bases(skeletons: tuple[Skeleton, Skeleton]) -> None:
         raise MatchingError(
             f"the source {names[not floats[0]]} and the target {names[not floats[1]]}",
             "two robots with a free joint, or two without",
-            "Add a <freejoint/> to the root of the one without, in place of any joints there, "
-            "or remove the other's.",
+            "Add a <freejoint/> to the root of the one without, in place of any joints there (in a "
+            "URDF, a joint of type floating from a link named world), or remove the other's.",
         )
     for skeleton in skeletons:
         size = max(len(skeleton.tree.nodes), 4 * skeleton.depth())

@@ -117,6 +117,11 @@ class _Reader:
                 "rigid bodies, joints, geoms, sites, tendons and actuators",
                 f"Remove the <{tag}> element.",
             )
+        if tag.startswith("xacro:"):
+            raise RobotFileError(
+                f"{self._where} uses <{tag}>", "URDF whose macros have been expanded",
+                "Expand them first: xacro robot.xacro > robot.urdf.",
+            )  # fmt: skip
         for name, value in attributes.items():
             self._check_number(tag, name, value)
         self._collect(tag, attributes)
