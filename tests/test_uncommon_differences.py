@@ -124,6 +124,35 @@ def test_a_mesh_whose_hull_loses_a_corner_is_refused_unless_nothing_collides_wit
     assert masses[0] > masses[1] > masses[2] > 0
 
 
+SHAPES = {
+    "sphere": "<geom name='h' size='.1' pos='.3 0 0' {}/>",
+    "mesh": "<geom name='h' type='mesh' mesh='m' pos='.2 0 -.1' {}/>",
+}
+
+
+def table(shape, more):
+    return (
+        "<mujoco><asset><mesh name='m' vertex='0 0 0 .2 0 0 0 .2 0 0 0 .2 .2 .2 .2'/></asset>"
+        "<worldbody><geom name='floor' type='plane' size='3 3 1'/><body name='b' pos='0 0 .2'>"
+        "<joint name='j' axis='0 1 0' damping='.2'/><geom name='g' size='.1'/>"
+        f"{SHAPES[shape].format(more)}</body><body name='o' pos='.3 0 .7'><joint name='o'"
+        " type='slide' axis='0 0 1'/><geom name='o' size='.1' contype='2' conaffinity='3'/>"
+        "</body></worldbody></mujoco>"
+    )
+
+
+@pytest.mark.parametrize("more", ["contype='0' conaffinity='0'", "contype='2' conaffinity='2'"])
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("back", [False, True])
+def test_a_geom_may_collide_from_an_alpha_on_or_up_to_one(shape, more, back):
+    texts = [table(shape, more), table(shape, "")][:: -1 if back else 1]
+    evolve = rvl.Evolution(*texts, switch=0.5)
+    ends = [shaken(mujoco.MjModel.from_xml_string(text)) for text in texts]
+    assert np.abs(ends[0] - ends[1]).max() > 0.01
+    for alpha, expected in ((0, 0), (0.4, 0), (0.5, 1), (1, 1)):
+        np.testing.assert_allclose(shaken(evolve.model(alpha)), ends[expected], atol=1e-9)
+
+
 # What MjSpec knows besides theta: names and what belongs to whom, other ways to write what theta
 # has, what only a compiler or a viewer looks at, and plugins, which are refused elsewhere.
 LEFT = {

@@ -12,7 +12,7 @@ import numpy as np
 
 from revolver_lab import _gl
 from revolver_lab.errors import AlphaError, ParameterError
-from revolver_lab.evolution import live, tendon_paths
+from revolver_lab.evolution import colliding, live, tendon_paths
 from revolver_lab.evolution.alignment import align
 from revolver_lab.evolution.cache import Cache
 from revolver_lab.evolution.canonical import LISTS, canonical, elements
@@ -202,7 +202,11 @@ class Evolution:
 
     def _compiled(self) -> mujoco.MjModel:
         """The robot as it is written now."""
-        return tendon_paths.compiled(self._spec, self._found["wrap"])
+        switches = (s for s in self._theta.switches if s.attribute in colliding.COLLIDES)
+        geoms = [self._found[kind][name] for kind, name in {s.element for s in switches}]
+        return colliding.compiled(
+            geoms, lambda: tendon_paths.compiled(self._spec, self._found["wrap"])
+        )
 
     def _arrays(self, alpha: float) -> live.Arrays:
         """What distinguishes E(alpha) from E(0), compiled once and remembered."""
