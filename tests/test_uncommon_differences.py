@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from test_padding import apart
 from test_uncommon_parts import OVER, link, robot, shaken, tendon
 
 import revolver_lab as rvl
@@ -122,6 +123,17 @@ def test_a_mesh_whose_hull_loses_a_corner_is_refused_unless_nothing_collides_wit
     free = rvl.Evolution(*(mesh(c, "contype='0' conaffinity='0'") for c in corners))
     masses = [free.model(alpha).body_mass[1] for alpha in (0.0, 0.5, 1.0)]
     assert masses[0] > masses[1] > masses[2] > 0
+
+
+def test_a_quick_joint_can_be_created_in_a_robot_of_a_slow_and_explicit_clock():
+    clock = "timestep='.01' integrator='RK4'"
+    quick = robot(joint="stiffness='50'").replace("damping='.1'", "damping='2'")
+    slow = robot(finger=False).replace("timestep='.002'", clock)
+    evolve = rvl.Evolution(slow, quick, switch=0.5)
+    alone = mujoco.MjModel.from_xml_string(slow)
+    assert apart(alone, evolve.model(0), 100, ground=True).max() < 1e-6
+    for alpha in np.linspace(0, 1, 11):
+        shaken(evolve.model(alpha))
 
 
 SHAPES = {

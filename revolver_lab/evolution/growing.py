@@ -107,7 +107,7 @@ class Grower:
         if body.name not in self._matched:
             for joint in body.joints:
                 copy = self._copy_joint(here, joint)
-                shrinking.shrink_joint(copy, self._model, joint.name)
+                shrinking.shrink_joint(copy, self._model, joint.name, self.host.option)
             return
         order = self._merged_order(body, here)
         for joint, ours in order:

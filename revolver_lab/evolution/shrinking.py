@@ -41,6 +41,7 @@ Measured on an Ant with one more hinge at a hip: differences in qpos after 10 / 
 _FACTOR = 1e-12
 _TINY_MASS, _TINY_INERTIA = 1e-13, 1e-14
 _TINY_MASS_IN_MEDIUM, _TINY_INERTIA_IN_MEDIUM = 2e-8, 2e-15
+_RK4 = mujoco.mjtIntegrator.mjINT_RK4
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE
 _MUSCLE_FORCE, _MUSCLE_SCALE = 2, 3  # places in gainprm and biasprm
 _FREELY_SIZED = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
@@ -71,8 +72,10 @@ def shrink_body(
         body.ipos, body.iquat = model.body_ipos[i] * EPSILON, model.body_iquat[i]
 
 
-def shrink_joint(joint: mujoco.MjsJoint, model: mujoco.MjModel, donor: str) -> None:
-    """Shrink a joint of a created body; it keeps its timing.
+def shrink_joint(
+    joint: mujoco.MjsJoint, model: mujoco.MjModel, donor: str, option: mujoco.MjOption
+) -> None:
+    """Shrink a joint of a created body; it keeps its timing, where the clock is fine enough.
 
     The inertia that the joint loses with its limb is given to its armature, so stiffness,
     damping and limits act as fast as they do at full size. Armature does not push back on the
@@ -82,6 +85,7 @@ def shrink_joint(joint: mujoco.MjsJoint, model: mujoco.MjModel, donor: str) -> N
         joint: The copy.
         model: The compiled robot that it was copied from.
         donor: Its name there.
+        option: Of the robot that it is created in.
     """
     joint.pos = np.array(joint.pos) * EPSILON
     if joint.type == _SLIDE:
@@ -91,6 +95,12 @@ def shrink_joint(joint: mujoco.MjsJoint, model: mujoco.MjModel, donor: str) -> N
     count = 3 if joint.type == mujoco.mjtJoint.mjJNT_BALL else 1
     joint.armature = float(np.max(model.dof_M0[first : first + count]))
     spell_out_spring(joint, model, donor)
+    explicit = option.integrator == _RK4 != model.opt.integrator
+    if option.timestep > model.opt.timestep or explicit:
+        # A coarser clock, or a Runge-Kutta's, would make of quick damping a growing oscillation.
+        quickest = np.max(joint.damping) * option.timestep
+        stiffest = np.max(joint.stiffness) * (2 * option.timestep) ** 2
+        joint.armature = float(max(joint.armature, quickest, stiffest))
 
 
 def spell_out_spring(joint: mujoco.MjsJoint, model: mujoco.MjModel, donor: str) -> None:
