@@ -8,6 +8,7 @@ import numpy as np
 
 from revolver_lab.demonstrations import Demonstrations, refusal
 from revolver_lab.errors import DemonstrationsError, MissingExtraError, SettingsError
+from revolver_lab.given import require, seed_of
 from revolver_lab.policies import Policy
 from revolver_lab.trajectories import Success, Trajectories, sample
 
@@ -42,6 +43,8 @@ def record(
     """
     from revolver_lab.envs.vector import make_vec_env
 
+    require("policy", policy, Policy, "Pass rvl.load_expert(name), or Policy.load(path).")
+    seed = seed_of(seed)
     if episodes < 1:
         raise SettingsError(f"episodes = {episodes}", "1 or more", "Ask for 10.")
     n = min(episodes, _SIDE_BY_SIDE)

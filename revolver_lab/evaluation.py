@@ -7,6 +7,7 @@ import numpy as np
 
 from revolver_lab.errors import SettingsError
 from revolver_lab.evolution.evolution import checked_alpha
+from revolver_lab.given import require, seed_of
 from revolver_lab.policies import Policy
 
 if TYPE_CHECKING:
@@ -99,6 +100,8 @@ def _along(
     seed: int, task: "str | Task | None", deterministic: bool,
 ) -> np.ndarray:  # fmt: skip
     """Plays a policy on several robots, as many side by side as memory has room for."""
+    require("policy", policy, Policy, "Pass rvl.load_expert(name), or Policy.load(path).")
+    seed = seed_of(seed)
     robots = np.array([checked_alpha(alpha) for alpha in np.atleast_1d(alphas)])
     if episodes < 1:
         raise SettingsError(f"episodes = {episodes}", "1 or more", "Ask for 10.")

@@ -7,7 +7,8 @@ from pathlib import Path
 from revolver_lab.cards import command, commit, versions
 from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.evaluation import evaluate
-from revolver_lab.files import asset_folder
+from revolver_lab.files import asset_folder, output_folder
+from revolver_lab.given import seed_of
 from revolver_lab.learners.settings import COURSE, LearnerSettings
 from revolver_lab.logs import TransferLog, write_table
 from revolver_lab.policies import Policy
@@ -156,7 +157,9 @@ def train_expert(
         UnknownNameError: If there is no such robot.
         SettingsError: If no recipe is known for it.
     """
-    robot = registry.get(name)
+    robot, seed = registry.get(name), seed_of(seed)
+    if out is not None:
+        output_folder(out)
     stages = RECIPES.get(name) if stages is None else stages
     if stages is None or not (stages or name in STARTS):
         raise SettingsError(f"no recipe for {robot.name!r}", f"{sorted(RECIPES)}",
@@ -165,19 +168,15 @@ def train_expert(
     rows, done = [], sum(policy.card.steps for policy in policies)
     stay = Schedule(alpha_end=0.0, xi=0.0)
     for stage in stages:
-        log = transfer(
-            policies[-1] if policies else None, name, stay, learner=stage.learner,
-            steps=stage.steps, seed=seed, task=stage.task, evaluate_every=4_000,
-            evaluate_episodes=20, keep_best=True,
-            progress=progress,
-        )  # fmt: skip
+        log = transfer(policies[-1] if policies else None, name, stay, learner=stage.learner,
+                       steps=stage.steps, seed=seed, task=stage.task, evaluate_every=4_000,
+                       evaluate_episodes=20, keep_best=True, progress=progress)  # fmt: skip
         rows += _curve(log, stage, done)
         policies.append(log.policy)
         done += log.steps
         if out is not None:
             write_table(Path(out) / f"{name}.csv", rows)
-    expert = policies[-1]
-    task = stages[-1].task if stages else None
+    expert, task = policies[-1], stages[-1].task if stages else None
     fresh = evaluate(expert, name, 0.0, 20, seed=_FRESH_SEED, task=task)
     chosen = "The best of its last stage's evaluations" if stages else "Lifted by zero insertion"
     expert = expert.with_card(dataclasses.replace(

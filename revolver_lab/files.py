@@ -7,6 +7,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from revolver_lab.errors import SettingsError
+
 
 def asset_folder(kind: str) -> Path:
     """Returns the folder of shipped files: the repository's, or the installed package's.
@@ -46,6 +48,27 @@ def write_atomically(path: str | Path, content: bytes | str) -> Path:
             os.unlink(temporary)
         raise
     return path
+
+
+def output_folder(folder: str | Path) -> Path:
+    """Makes a folder for results, before anything is computed that could not be saved there.
+
+    Args:
+        folder: Where results are to go.
+
+    Raises:
+        SettingsError: If it cannot be made, or written to.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError as problem:
+        raise SettingsError(
+            f"out = {str(folder)!r}, where nothing can be written ({problem.strerror})",
+            "a folder that can be made and written to", "Choose another one, for example out/.",
+        ) from problem  # fmt: skip
 
 
 def write_json(path: str | Path, value: Any) -> Path:

@@ -87,6 +87,16 @@ class TransferLog:
     settings: Mapping[str, Any]
     policy: Policy
 
+    def __repr__(self) -> str:
+        """Says how it went, without what happened on the way."""
+        last = (
+            f"{self.evaluations[-1].mean:.4g} on the target"
+            if self.evaluations
+            else "not evaluated"
+        )
+        return (f"{type(self).__name__}({self.robot!r}, seed {self.seed}, {self.steps} steps, "
+                f"{last}{', ' + self.failure if self.failure else ''})")  # fmt: skip
+
     @property
     def alphas(self) -> tuple[float, ...]:
         """Returns alpha of every phase."""

@@ -63,7 +63,7 @@ class Trial(Evaluation):
         return cls(**read)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class NaturalLog(TransferLog):
     """The outcome of a gated transfer; its phases are the stretches of equal alpha.
 

@@ -13,6 +13,7 @@ from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.envs import snapshot
 from revolver_lab.errors import SettingsError
 from revolver_lab.gates import PILOT_GATE, Gate, Position
+from revolver_lab.given import require, seed_of
 from revolver_lab.learners.natural.algorithms import make_learner
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
 from revolver_lab.logs import Phase
@@ -61,6 +62,10 @@ class NaturalTransfer:
         task: "str | Task | None" = None, success: Success | None = None, nthread: int = 0,
         report: Callable[[Iteration], None] | None = None,
     ):  # fmt: skip
+        require("expert", expert, (Policy, type(None)), "Pass rvl.load_expert(name).")
+        require("gate", gate, Gate, "Pass SampledGate(), or leave it out.")
+        require("settings", settings, NaturalSettings, "Pass NaturalSettings(), or leave it out.")
+        seed = seed_of(seed)
         if steps is not None and steps < 1:
             raise SettingsError(f"steps = {steps}", "1 or more, or None", "Try 1_000_000.")
         self._make = (evolve, task, nthread)

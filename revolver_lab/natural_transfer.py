@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.errors import SettingsError
+from revolver_lab.files import output_folder
 from revolver_lab.gates import PILOT_GATE, Gate
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
 from revolver_lab.natural_log import Iteration, NaturalLog
@@ -64,6 +65,8 @@ def natural_transfer(
     """
     if evaluate_episodes < 0:
         raise SettingsError(f"evaluate_episodes = {evaluate_episodes}", "0 or more", "Try 100.")
+    if out is not None:
+        output_folder(out)
     loop = NaturalTransfer(
         expert, evolve, gate, algorithm=algorithm, settings=settings, steps=steps, seed=seed,
         demonstrations=demonstrations, task=task, success=success, nthread=nthread, report=report,

@@ -15,6 +15,7 @@ from revolver_lab.weights import count_layers, load_weights, refusal, save_weigh
 HEADS = ("squashed_gaussian", "tanh", "gaussian")
 ACTIVATIONS = {"relu": lambda x: np.maximum(x, 0), "tanh": np.tanh}
 LOG_STD_RANGE = (-20.0, 2.0)  # stable-baselines3's clip of the squashed Gaussian's log std
+_SPREADS = {"actor.log_std", "actor.log_std.weight"}
 _FORMAT = "revolver_lab.policy/1"
 
 
@@ -48,6 +49,12 @@ class Policy:
     def __post_init__(self) -> None:
         """Refuses weights that cannot act."""
         _check(self)
+
+    def __repr__(self) -> str:
+        """Says what it is, without its weights."""
+        origin = self.card.algorithm or "elsewhere"
+        return (f"Policy({self.observation_size} observations, {self.action_size} actions, "
+                f"{self.head}, {self.activation}, from {origin})")  # fmt: skip
 
     @property
     def layers(self) -> int:
@@ -199,12 +206,9 @@ class Policy:
             card = json.loads(metadata.get("card", "null"))
         except ValueError as error:
             raise refusal(path, "has a card that is not JSON") from error
-        return cls(
-            weights=weights,
-            head=metadata.get("head", ""),
-            activation=metadata.get("activation", ""),
-            card=ModelCard.from_json(card, path=str(path)),
-        )
+        return cls(weights=weights, head=metadata.get("head", ""),
+                   activation=metadata.get("activation", ""),
+                   card=ModelCard.from_json(card, path=str(path)))  # fmt: skip
 
 
 def _linear(weights: Mapping[str, np.ndarray], name: str, x: np.ndarray) -> np.ndarray:
@@ -220,9 +224,7 @@ def _check(policy: Policy) -> None:
         problem = f"the head {policy.head!r}, not one of {HEADS}"
     elif policy.activation not in ACTIVATIONS:
         problem = f"the activation {policy.activation!r}, not one of {tuple(ACTIVATIONS)}"
-    elif policy.head == "squashed_gaussian" and not {"actor.log_std", "actor.log_std.weight"} & {
-        *weights
-    }:
+    elif policy.head == "squashed_gaussian" and not _SPREADS & {*weights}:
         problem = problem or "a squashed Gaussian without actor.log_std"
     if problem:
         raise PolicyFileError(f"a policy with {problem}", "weights as Policy describes them",

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from revolver_lab.files import output_folder
+from revolver_lab.given import require, seed_of
 from revolver_lab.learners.settings import COURSE, LearnerSettings
 from revolver_lab.logs import TransferLog
 from revolver_lab.methods import Member, Method
@@ -58,7 +60,12 @@ def transfer(
         MissingExtraError: If torch or stable-baselines3 is not installed.
         PolicyFileError: If the expert does not fit the robot or the learner.
     """
-    given = schedule or Schedule()
+    require("expert", expert, (Policy, type(None)), "Pass rvl.load_expert(name).")
+    require("schedule", schedule, (Schedule, Method, type(None)), "Pass rvl.Schedule().")
+    require("learner", learner, LearnerSettings, "Leave it out, or pass LearnerSettings(...).")
+    if out is not None:
+        output_folder(out)
+    seed, given = seed_of(seed), schedule or Schedule()
     method = given if isinstance(given, Method) else Method(name="transfer", schedule=given)
 
     def report(_: Member, heard: Progress) -> None:

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "revolver_lab"
 # Bottom first: a module imports from its own layer and from those before it, never from above.
 LAYERS = [
-    ["errors", "_gl", "_versions", "files"],
+    ["errors", "given", "_gl", "_versions", "files"],
     ["stats"],
     ["evolution"],
     ["tasks"],

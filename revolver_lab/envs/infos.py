@@ -8,6 +8,7 @@ from gymnasium.vector import AutoresetMode
 
 from revolver_lab.errors import SettingsError
 from revolver_lab.evolution.evolution import checked_alpha
+from revolver_lab.given import seed_of
 
 
 def masked(values: Mapping[str, Any], mask: np.ndarray) -> dict[str, Any]:
@@ -47,8 +48,8 @@ def seeds_of(seeds: Sequence[int], n: int) -> list[int | None]:
         >>> seeds_of([3, 5], 4)
         [3, 5]
     """
-    found = [int(seed) for seed in seeds]
-    if not found or n % len(found) or min(found) < 0 or any(s != f for s, f in zip(seeds, found)):
+    found = [seed_of(seed) for seed in seeds]
+    if not found or n % len(found):
         raise SettingsError(f"seeds = {list(seeds)} for {n} simulations", "whole numbers of 0 and "
                             f"more, as many as divide {n}", "Give one seed a group.")  # fmt: skip
     return [*found]

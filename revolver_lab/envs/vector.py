@@ -9,6 +9,7 @@ from gymnasium.vector import AutoresetMode
 from revolver_lab.envs.core import DrawAlpha, Stage
 from revolver_lab.envs.robot_vector import RobotVectorEnv
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import seed_of
 
 if TYPE_CHECKING:
     from revolver_lab.evolution.evolution import Evolution
@@ -50,6 +51,8 @@ def make_vec_env(
     """
     if not isinstance(n, int) or n < 1:
         raise SettingsError(f"n = {n!r}", "a whole number of at least 1", "Ask for one or more.")
+    if seed is not None and not isinstance(seed, Sequence | np.ndarray):
+        seed = seed_of(seed)
     return RobotVectorEnv(
         Stage(robot, task),
         n,

@@ -1,0 +1,81 @@
+"""What is wrong is refused before anything is computed, by whoever is asked, and says little."""
+
+import numpy as np
+import pytest
+from natural_puck import EXPERT, Reach, puck
+
+import revolver_lab as rvl
+from revolver_lab.demonstration_sources import record
+from revolver_lab.errors import SettingsError
+from revolver_lab.learners.natural.settings import NaturalSettings
+from revolver_lab.natural_transfer import natural_transfer
+
+SMALL = NaturalSettings(trajectories=4, length=20, hidden=(4,), value_hidden=(8,))
+CHEETAH = "cheetah-front-leg"
+
+
+def transfer(**changes):
+    return rvl.transfer(**{"expert": None, "evolve": CHEETAH} | changes)
+
+
+def natural(**changes):
+    usual = {"expert": EXPERT, "evolve": puck(), "task": Reach(), "settings": SMALL, "steps": 90}
+    return natural_transfer(**usual | {"evaluate_episodes": 2} | changes)
+
+
+def evaluated(**changes):
+    usual = {"policy": EXPERT, "evolve": puck(), "alphas": 0.0, "task": Reach(), "episodes": 1}
+    return rvl.evaluate(**usual | changes)
+
+
+def recorded(**changes):
+    return record(**{"policy": EXPERT, "evolve": puck(), "episodes": 1, "task": Reach()} | changes)
+
+
+def vector(**changes):
+    return rvl.make_vec_env(puck(), 2, task=Reach(), **changes)
+
+
+def expert(**changes):
+    return rvl.train_expert(CHEETAH, **changes)
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, "a", True, [0.5], np.nan])
+@pytest.mark.parametrize("ask", [transfer, natural, evaluated, recorded, vector, expert])
+def test_a_seed_that_is_none_is_refused_by_all(ask, seed):
+    with pytest.raises(SettingsError, match=r"seed.*whole number"):
+        ask(seed=seed)
+
+
+@pytest.mark.parametrize(
+    ("ask", "changes", "what"),
+    [
+        (transfer, {"expert": "a.safetensors"}, "expert = 'a.safetensors'.*Policy or None"),
+        (transfer, {"schedule": "fast"}, "schedule = 'fast'.*Schedule or a Method or None"),
+        (transfer, {"learner": {}}, "learner = {}.*a LearnerSettings"),
+        (natural, {"expert": 3}, "expert = 3"),
+        (natural, {"gate": "pilot"}, "gate = 'pilot'.*a Gate"),
+        (natural, {"settings": {}}, "settings = {}.*a NaturalSettings"),
+        (evaluated, {"policy": None}, "policy = None.*Policy.load"),
+        (recorded, {"policy": "x" * 500}, "policy = 'x{79}\\. "),
+    ],
+)
+def test_what_is_of_another_kind_is_refused_by_name(ask, changes, what):
+    with pytest.raises(SettingsError, match=what):
+        ask(**changes)
+
+
+@pytest.mark.parametrize("ask", [transfer, natural, expert])
+def test_where_nothing_can_be_saved_nothing_is_trained(ask, tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(SettingsError, match=r"out = .*nothing can be written.*Choose another"):
+        ask(out=tmp_path / "file" / "results")
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_policy_and_a_log_say_what_they_are_in_a_line():
+    log = natural()
+    assert repr(log) == f"NaturalLog('puck', seed 0, {log.steps} steps, " \
+                        f"{log.evaluations[-1].mean:.4g} on the target)"  # fmt: skip
+    assert repr(log.policy) == "Policy(2 observations, 2 actions, gaussian, tanh, from NPG)"
+    assert "elsewhere" in repr(EXPERT)
