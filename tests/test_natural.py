@@ -138,6 +138,30 @@ def test_log_std_is_learnt_and_stops_at_the_floor(evolve):
     assert min(free.iterate(environment(evolve), window).log_std for _ in range(6)) < -0.5
 
 
+def test_log_std_may_have_a_step_and_a_kl_of_its_own(evolve):
+    settings = dataclasses.replace(TINY, step_size=0.01, noise_step_size=0.002)
+    npg = NPG(2, 2, settings)
+    npg.adopt(EXPERT)
+    before = npg.actor
+    report = npg.iterate(environment(evolve), window)
+    change = npg.actor.log_std - before.log_std
+    # KL(N(m, s e^d) | N(m, s)) = sum (e^2d - 1) / 2 - d, to second order sum d^2: half of 0.002
+    assert np.square(change).sum() == pytest.approx(0.001, rel=1e-4)
+    assert report.kl == pytest.approx((0.01 + 0.002) / 2, rel=0.15)
+
+
+def test_noise_that_does_harm_goes_soon_only_where_it_has_a_step_of_its_own(evolve):
+    spreads = {}
+    for own in (None, 0.02):
+        settings = dataclasses.replace(TINY, trajectories=32, noise_step_size=own)
+        npg, env = NPG(2, 2, settings), environment(evolve, n=32)
+        npg.adopt(feedback([-2.0, -1.5], log_std=0.5))
+        for _ in range(25):
+            npg.iterate(env, lambda *_: 0.0)
+        spreads[own] = npg.actor.log_std[0]  # of the motor that moves the puck
+    assert spreads[0.02] < spreads[None] - 0.2 < 0.5
+
+
 def test_shaping_weighs_later_robots_more(evolve):
     def features_and_targets(shaping):
         npg = NPG(2, 2, dataclasses.replace(TINY, warm_batches=0, bootstrap=False))
@@ -286,7 +310,7 @@ def test_success_can_be_the_tasks_goal_or_a_return(evolve):
         {"trajectories": 0}, {"length": 1.5}, {"step_size": 0.0}, {"gamma": 1.1}, {"gae": -0.1},
         {"damping": -1}, {"hidden": ()}, {"bootstrap": 1}, {"log_std_floor": 1.0},
         {"warm_batches": -1}, {"imitation_decay": float("nan")}, {"value_beta": None},
-        {"carried_noise": 0}, {"carried_noise": "half"},
+        {"carried_noise": 0}, {"carried_noise": "half"}, {"noise_step_size": 0},
     ],
 )  # fmt: skip
 def test_settings_that_cannot_work_are_refused_by_name(changes):
@@ -303,7 +327,9 @@ def test_settings_travel_as_json():
 
 
 def test_a_setting_that_came_later_renames_no_folder():
-    assert "carried_noise" not in PUBLISHED.to_json()
+    later = dataclasses.replace(PUBLISHED, carried_noise=0.5, noise_step_size=0.01)
+    assert not {"carried_noise", "noise_step_size"} & set(PUBLISHED.to_json())
+    assert later.to_json() == PUBLISHED.to_json() | {"carried_noise": 0.5, "noise_step_size": 0.01}
 
 
 @pytest.mark.parametrize(("noise", "held"), [(0.5, 0.5), (1.0, 1.0), (3.0, 3.0), (1e-9, 0.1)])

@@ -184,14 +184,26 @@ class NPG:
             gradient += self.actor.gradient(imitated) / len(advantages)
         product = self.actor.fisher(observations, self.settings.damping)
         direction = conjugate_gradient(product, gradient, self.settings.cg_iterations)
-        moved = self.actor.moved(natural_step(gradient, direction, self.settings.step_size),
-                                 self.settings.log_std_floor)  # fmt: skip
+        moved = self.actor.moved(self._step(gradient, direction), self.settings.log_std_floor)
         if not np.isfinite(gradient).all() or not np.isfinite(moved.flat).all():
             return float("nan"), False
         before, self.actor = self.actor, moved
         apart = gaussian.kl(before.means(observations), before.log_std,
                             moved.means(observations), moved.log_std)  # fmt: skip
         return float(apart.mean()), True
+
+    def _step(self, gradient: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """Returns the normalised step; log_std's own where it has one."""
+        own = self.settings.noise_step_size
+        if own is None:
+            return natural_step(gradient, direction, self.settings.step_size)
+        network = slice(0, len(gradient) - self.actor.sizes[-1])
+        noise = gradient[network.stop :]
+        # The Fisher information has no entries between network and log_std, and 2 for the latter.
+        return np.concatenate([
+            natural_step(gradient[network], direction[network], self.settings.step_size),
+            natural_step(noise, noise / 2, own),
+        ])  # fmt: skip
 
     def imitated(self, batch: Trajectories, advantages: np.ndarray) -> Rows | None:
         """Returns pairs whose likelihood is to rise along with the advantages: here, none.

@@ -26,6 +26,8 @@ class NaturalSettings:
         hidden: Widths of the policy's hidden layers, where it starts from scratch.
         log_std_start: Of a policy that has none.
         log_std_floor: log_std is learnt, and does not fall below this.
+        noise_step_size: A step of its own for log_std, normalised as `step_size` is; None lets it
+            share the other parameters' step, of which it gets next to nothing.
         carried_noise: Factor on the standard deviations of an expert that is carried over.
         value_hidden: Widths of the value net's hidden layers.
         value_beta: Whether the value net sees beta.
@@ -54,6 +56,7 @@ class NaturalSettings:
     log_std_start: float = 0.0
     log_std_floor: float = -3.0
     carried_noise: float = 1.0
+    noise_step_size: float | None = None
     value_hidden: tuple[int, ...] = (64, 64)
     value_beta: bool = True
     value_epochs: int = 3
@@ -77,6 +80,9 @@ class NaturalSettings:
         for name in ("step_size", "value_rate", "inverse_rate", "carried_noise"):
             value = getattr(self, name)
             self._require(name, _number(value) and value > 0, "a number above 0")
+        step = self.noise_step_size
+        held = step is None or (_number(step) and step > 0)
+        self._require("noise_step_size", held, "a number above 0, or None")
         for name in ("gamma", "gae", "imitation_decay"):
             value = getattr(self, name)
             self._require(name, _number(value) and 0 <= value <= 1, "a number in [0, 1]")
@@ -120,7 +126,7 @@ class NaturalSettings:
         return cls(**read)
 
 
-_LATER = ("carried_noise",)
+_LATER = ("carried_noise", "noise_step_size")
 
 
 def _number(value: Any) -> bool:
