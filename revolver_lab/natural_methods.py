@@ -112,9 +112,11 @@ _ROWS = (
     NaturalMethod(name="gate-evaluated", gate=EvaluatedGate()),
     NaturalMethod(name="gate-evaluated-0.05", gate=EvaluatedGate(alpha_step=0.05)),
     _learnt("value-without-beta", value_beta=False),
-    # For a task that sampled actions spoil: less noise, a narrower window, a gate that asks less.
+    # For a task that sampled actions spoil: half the noise, which then finds its own measure; a
+    # narrower window, and a gate that asks for less.
     NaturalMethod(name="quiet", gate=SampledGate(xi=0.02, low=0.3, high=0.7),
-                  settings=dataclasses.replace(PILOT, carried_noise=0.5)),
+                  settings=dataclasses.replace(PILOT, carried_noise=0.5, noise_step_size=0.01,
+                                               log_std_floor=-4.5)),
 )  # fmt: skip
 
 NATURAL_METHODS: Mapping[str, NaturalMethod] = {row.name: row for row in _ROWS}
