@@ -71,6 +71,16 @@ def test_the_door_is_not_opened_after_one_jump_hardly_after_two_and_always_after
     assert rows["step-1e-4"]["farthest"] < 0.25
 
 
+def test_with_stages_in_its_reward_direct_transfer_opens_the_door_and_imitation_does_not():
+    found = recorded("adroit-door", natural=True, settings={"task": "staged"})
+    rows = {row["method"]: row for row in natural_rows(found)}
+    assert rows["npg-direct"]["good"] == rows["npg-direct"]["seeds"] == 5
+    assert rows["npg-direct"]["median_iterations"] <= 131
+    for name in ("npg-scratch", "dapg", "soil"):
+        assert rows[name]["good"] == 0
+        assert rows[name]["success"] < 0.05
+
+
 @pytest.mark.parametrize(("robot", "text"), SECTIONS, ids=[name for name, _ in SECTIONS])
 def test_the_page_of_results_says_what_is_recorded(robot, text):
     results, home = recorded(robot), load_expert(robot).card.episode_return
