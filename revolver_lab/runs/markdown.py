@@ -29,7 +29,7 @@ def _successes(results: Results) -> list[str]:
     """Returns the table of natural methods."""
     lines = [_SUCCESSES, "|---|---|---|---|---|---|"]
     for row in natural_rows(results):
-        spread = f"{row['success']:.3f} ({row['success_low']:.3f} to {row['success_high']:.3f})"
+        spread = f"{row['success']:.3f} ({_ends(row['success_low'], row['success_high'], 3)})"
         median = row["median_iterations"]
         when = f"{median:.0f}" if math.isfinite(median) else f"not in {row['censored_at']}"
         if math.isfinite(median) and row["finished"] < row["seeds"]:
@@ -45,6 +45,12 @@ def _returns(results: Results) -> list[str]:
     lines = [_RETURNS, "|---|---|---|"]
     for method, scores in results.scores().items():
         found = stats.interval(scores, "mean")
-        lines.append(f"| {method} | {found.value:.1f} ({found.low:.1f} to {found.high:.1f}) | "
+        lines.append(f"| {method} | {found.value:.1f} ({_ends(found.low, found.high, 1)}) | "
                      f"{int((scores > least).sum())} of {len(scores)} |")  # fmt: skip
     return lines
+
+
+def _ends(low: float, high: float, digits: int) -> str:
+    """Returns an interval in words; a single seed has none."""
+    known = math.isfinite(low) and math.isfinite(high)
+    return f"{low:.{digits}f} to {high:.{digits}f}" if known else "one seed, no interval"
