@@ -52,9 +52,8 @@ class Policy:
 
     def __repr__(self) -> str:
         """Says what it is, without its weights."""
-        origin = self.card.algorithm or "elsewhere"
-        return (f"Policy({self.observation_size} observations, {self.action_size} actions, "
-                f"{self.head}, {self.activation}, from {origin})")  # fmt: skip
+        sizes = f"{self.observation_size} observations, {self.action_size} actions"
+        return f"Policy({sizes}, {self.head}, {self.activation}, from {self.card.algorithm or '?'})"
 
     @property
     def layers(self) -> int:
@@ -206,8 +205,8 @@ class Policy:
             card = json.loads(metadata.get("card", "null"))
         except ValueError as error:
             raise refusal(path, "has a card that is not JSON") from error
-        return cls(weights=weights, head=metadata.get("head", ""),
-                   activation=metadata.get("activation", ""),
+        head, activation = metadata.get("head", ""), metadata.get("activation", "")
+        return cls(weights=weights, head=head, activation=activation,
                    card=ModelCard.from_json(card, path=str(path)))  # fmt: skip
 
 

@@ -8,8 +8,6 @@ import numpy as np
 from revolver_lab.errors import ParameterError
 from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
 
-_MINVAL = 1e-15  # MuJoCo's own
-
 
 def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
     """Bring two canonical robots to the same form wherever they were written differently.
@@ -111,7 +109,7 @@ def _align_muscles(a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.
         for attribute in ("gainprm", "biasprm"):
             values = np.array(getattr(actuator, attribute))
             if values[2] < 0.0:  # it is then found from a scale, and from what the muscle moves
-                values[2] = values[3] / max(model.actuator_acc0[actuator.id], _MINVAL)
+                values[2] = values[3] / max(model.actuator_acc0[actuator.id], mujoco.mjMINVAL)
                 setattr(actuator, attribute, values)
 
 
