@@ -227,7 +227,7 @@ def test_a_sweep_tells_of_every_job_that_ends(peace, heard):
     assert heard == [(done, n) for done in range(n + 1)]
 
 
-def test_a_sweep_that_waits_for_another_does_not_repeat_itself(tmp_path):
+def test_a_sweep_that_waits_for_another_does_not_repeat_itself(tmp_path, capfd):
     plans, counts = plans_of({**TINY, "seeds": [0]}), []
     run = Run(plans[0], root=tmp_path)
     run.prepare(len(run.plan.members))
@@ -243,6 +243,7 @@ def test_a_sweep_that_waits_for_another_does_not_repeat_itself(tmp_path):
     n = len(run.plan.members)
     assert counts == sorted(set(counts))
     assert counts[0] == (0, n)
+    assert "Wait for it" not in capfd.readouterr().err  # which is what it does
 
 
 def test_a_sweep_ends_in_tables_that_say_what_every_learner_came_to(peace, tmp_path):

@@ -2,12 +2,12 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 
 from revolver_lab.errors import MissingExtraError, SettingsError
 from revolver_lab.runs import store, worker
-from revolver_lab.runs.claim import is_claimed
+from revolver_lab.runs.claim import ShardTakenError, is_claimed
 from revolver_lab.runs.plan import Plan
 from revolver_lab.runs.run import PROCESSES, ROOT, Run
 
@@ -143,6 +143,7 @@ def _client(cluster: str) -> AbstractContextManager:
         ) from error  # fmt: skip
 
 
-def _train(folder: Path, shard: int, every: float) -> int:
-    """Does a job, in whatever process it is."""
-    return worker.main([str(folder), str(shard), "--every", str(every)])
+def _train(folder: Path, shard: int, every: float) -> None:
+    """Does a job, in whatever process it is, unless another sweep is at it."""
+    with suppress(ShardTakenError):
+        worker.train(folder, shard, every)

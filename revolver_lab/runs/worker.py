@@ -122,19 +122,31 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("shard", type=int)
     parser.add_argument("--every", type=float, default=60.0, help="seconds between checkpoints")
     options = parser.parse_args(arguments)
-    work = store.shard_folder(options.folder, options.shard)
+    try:
+        return train(options.folder, options.shard, options.every)
+    except ShardTakenError as problem:  # started twice at once: no failure of the run
+        print(f"revolver-lab: {problem}", file=sys.stderr)
+        return 0
+
+
+def train(folder: Path, shard: int, every: float) -> int:
+    """Trains a shard in this process; returns 1 where it failed and left the reason.
+
+    Raises:
+        ShardTakenError: If another worker is at it.
+    """
+    work = store.shard_folder(folder, shard)
     try:
         with claimed(work, patience=1.0):  # who asks whether it is claimed claims it shortly
             if (work / store.DONE).exists():  # by another, since this one was sent
                 return 0
-            worker = Worker(options.folder, options.shard, options.every)
+            worker = Worker(folder, shard, every)
             with _heeding(lambda *_: setattr(worker, "asked_to_stop", True)):
                 worker.run()
-    except ShardTakenError as problem:  # started twice at once: no failure of the run
-        print(f"revolver-lab: {problem}", file=sys.stderr)
-        return 0
+    except ShardTakenError:
+        raise
     except (RevolverError, OSError) as problem:
-        if (options.folder / store.CARD).exists():  # done by others, collected and cleared away
+        if (folder / store.CARD).exists():  # done by others, collected and cleared away
             return 0
         return _fail(work, str(problem))
     except Exception as problem:  # whatever it is, whoever watches the folder has to hear of it
