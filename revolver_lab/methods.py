@@ -181,7 +181,7 @@ def look_up(name: str, table: Mapping[str, Row]) -> Row:
     Raises:
         UnknownNameError: If there is none of that name; near ones are suggested.
     """
-    if name not in table:
+    if not isinstance(name, str) or name not in table:
         near = difflib.get_close_matches(str(name), table, n=3, cutoff=0.4)
         remedy = f"Did you mean {' or '.join(map(repr, near))}?" if near else "Choose one of these."
         raise UnknownNameError(f"method {name!r}", ", ".join(table), remedy)

@@ -175,6 +175,15 @@ def test_what_is_carried_of_an_expert_with_another_head_is_its_clone():
         ("trajectories", {"method": {"tiny": {"settings": {"trajectories": 0}}}}),
         ("npg-revolvers", {"method": {"tiny": {"like": "npg-revolvers"}}}),
         ("method", {"method": 3}),
+        ("methods = ", {"methods": [["tiny"]]}),
+        ("says something twice", {"robots": ["adroit-door", "adroit-door"]}),
+        ("gate = 3", {"method": {"tiny": {"gate": 3}}}),
+        ("settings = 'quick'", {"method": {"tiny": {"settings": "quick"}}}),
+        ("gate.kind", {"method": {"tiny": {"gate": {"kind": ["SampledGate"]}}}}),
+        ("method 3", {"method": {"tiny": {"like": 3}}}),
+        ("expert = 'no'", {"method": {"tiny": {"expert": "no"}}}),
+        ("least_return = 'much'", {"method": {"tiny": {"least_return": "much"}}}),
+        ("xi-0.2 in .*, a name that is taken", {"method": {"xi-0.2": {"gate": {"xi": 0.3}}}}),
     ],
 )
 def test_a_sweep_that_says_something_unknown_is_refused_by_name(name, changes):

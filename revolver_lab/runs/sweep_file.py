@@ -8,7 +8,7 @@ from typing import Any
 
 from revolver_lab.errors import SettingsError
 from revolver_lab.gates import GATES
-from revolver_lab.natural_methods import NaturalMethod, natural_method
+from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod, natural_method
 from revolver_lab.runs.plan import Plan
 
 _LISTS = ("robots", "methods", "seeds", "tasks")
@@ -67,13 +67,16 @@ def plans_of(found: Mapping[str, Any], origin: str = "a sweep") -> tuple[Plan, .
     if unknown or lacking:
         raise _refusal(f"{origin} with unknown {sorted(unknown)} and without {sorted(lacking)}")
     for name in _LISTS:
-        if not isinstance(found.get(name, [0]), list) or not found.get(name, [0]):
-            raise _refusal(f"{name} = {found[name]!r} in {origin}, which is no list")
+        values = found.get(name, [0])
+        if not isinstance(values, list) or not values:
+            raise _refusal(f"{name} = {values!r} in {origin}, which is no list")
+        if len({repr(value) for value in values}) < len(values):
+            raise _refusal(f"{name} = {values!r} in {origin}, which says something twice")
     own = found.get("method", {})
     if not isinstance(own, Mapping):
         raise _refusal(f"method = {own!r} in {origin}, which is no table")
     made = {name: _own(name, changes, origin) for name, changes in own.items()}
-    methods: list[NaturalMethod | str] = [made.get(n, n) for n in found["methods"]]  # type: ignore[call-overload]
+    methods: list[NaturalMethod | str] = [made.get(str(n), n) for n in found["methods"]]
     numbers = {name: found[name] for name in _NUMBERS if name in found}
     return tuple(_plan(robot, task, methods, found["seeds"], numbers)
                  for robot in found["robots"] for task in found.get("tasks", [None]))  # fmt: skip
@@ -94,10 +97,15 @@ def _own(name: str, changes: Any, origin: str) -> NaturalMethod:
     """Returns a natural method that is like another one, with changes."""
     if not isinstance(changes, Mapping) or set(changes) - set(_OWN):
         raise _refusal(f"method.{name} = {changes!r} in {origin}")
+    if name in NATURAL_METHODS:
+        raise _refusal(f"method.{name} in {origin}, a name that is taken")
+    for part in ("gate", "settings"):
+        if not isinstance(changes.get(part, {}), Mapping):
+            raise _refusal(f"method.{name}.{part} = {changes[part]!r} in {origin}, no table")
     base = natural_method(changes.get("like", "npg-revolver"))
     given: dict[str, Any] = {k: v for k, v in changes.items() if k != "like"}
     gate = dict(given.get("gate", {}))
-    kind = GATES.get(gate.pop("kind", type(base.gate).__name__))
+    kind = GATES.get(str(gate.pop("kind", type(base.gate).__name__)))
     if kind is None:
         raise _refusal(f"gate.kind = {given['gate']['kind']!r} in {origin}; one of {[*GATES]}")
     start = base.gate if kind is type(base.gate) else kind()
