@@ -76,7 +76,7 @@ def plans_of(found: Mapping[str, Any], origin: str = "a sweep") -> tuple[Plan, .
     if not isinstance(own, Mapping):
         raise _refusal(f"method = {own!r} in {origin}, which is no table")
     made = {name: _own(name, changes, origin) for name, changes in own.items()}
-    methods: list[NaturalMethod | str] = [made.get(str(n), n) for n in found["methods"]]
+    methods: list[Any] = [made.get(str(n), n) for n in found["methods"]]
     numbers = {name: found[name] for name in _NUMBERS if name in found}
     return tuple(_plan(robot, task, methods, found["seeds"], numbers)
                  for robot in found["robots"] for task in found.get("tasks", [None]))  # fmt: skip
