@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from revolver_lab.errors import DemonstrationsError
-from revolver_lab.files import write_atomically
+from revolver_lab.files import output_file, write_atomically
 
 _KINDS = {"lengths": np.int64, "observations": np.float32, "actions": np.float32,
           "next_observations": np.float32, "rewards": np.float64}  # fmt: skip
@@ -92,8 +92,11 @@ class Demonstrations:
 
         Args:
             path: Name of the file; ".npz" is put on if it has no ending.
+
+        Raises:
+            SettingsError: If that is no name of a file.
         """
-        path = Path(path) if Path(path).suffix else Path(path).with_suffix(".npz")
+        path = output_file(path, ".npz")
         content = io.BytesIO()
         arrays = {name: getattr(self, name) for name in _KINDS}
         np.savez_compressed(content, origin=np.array(self.origin), **arrays)

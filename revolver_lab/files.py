@@ -71,6 +71,33 @@ def output_folder(folder: str | Path) -> Path:
         ) from problem  # fmt: skip
 
 
+def output_file(path: object, suffix: str = "") -> Path:
+    """Returns the path of a file to write, if a file can be called that.
+
+    Args:
+        path: As a caller gave it.
+        suffix: Put on if it has no ending; a number's decimals are none.
+
+    Raises:
+        SettingsError: If it is no path, or the name of a folder.
+
+    Example:
+        >>> output_file("out/alpha-0.5", ".npz").name
+        'alpha-0.5.npz'
+    """
+    if not isinstance(path, str | os.PathLike) or not Path(path).name:
+        raise SettingsError(f"{path!r} as the name of a file", "a path that ends in a name",
+                            f"Try 'out/x{suffix}'.")  # fmt: skip
+    named = Path(path)
+    if not named.suffix.strip(".0123456789"):
+        named = named.with_name(named.name + suffix)
+    if named.is_dir() or any(parent.is_file() for parent in named.parents):
+        inside = "is a folder" if named.is_dir() else "lies inside a file"
+        raise SettingsError(f"{str(named)!r}, which {inside}", "the name of a file",
+                            "Choose another name.")  # fmt: skip
+    return named
+
+
 def write_json(path: str | Path, value: Any) -> Path:
     """Writes a value as indented JSON, atomically; a non-finite number becomes null.
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from revolver_lab.files import write_atomically, write_json
+from revolver_lab.files import output_file, write_atomically, write_json
 from revolver_lab.policies import Policy
 
 
@@ -138,7 +138,7 @@ def write_table(path: str | Path, rows: list[dict[str, Any]]) -> Path:
         path: Where the table goes.
         rows: One dictionary a row; the first one's keys are the header.
     """
-    text = io.StringIO()
+    path, text = output_file(path), io.StringIO()
     writer = csv.DictWriter(text, fieldnames=list(rows[0]) if rows else [], lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)

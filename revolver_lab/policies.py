@@ -9,7 +9,7 @@ import numpy as np
 
 from revolver_lab.cards import ModelCard
 from revolver_lab.errors import PolicyFileError, SettingsError
-from revolver_lab.files import write_json
+from revolver_lab.files import output_file, write_json
 from revolver_lab.weights import count_layers, load_weights, refusal, save_weights
 
 HEADS = ("squashed_gaussian", "tanh", "gaussian")
@@ -174,13 +174,14 @@ class Policy:
         between the two files leaves a policy and its own card. The JSON is for people.
 
         Args:
-            path: Name of the file; ".safetensors" is put on if it has no ending.
+            path: Name of the safetensors file; its ending is put on if there is none.
 
-        Returns:
-            The path of the safetensors file.
+        Raises:
+            SettingsError: If that is no name of a file, or that of the card.
         """
-        path = Path(path) if Path(path).suffix else Path(path).with_suffix(".safetensors")
-        card = self.card.to_json()
+        path, card = output_file(path, ".safetensors"), self.card.to_json()
+        if path.suffix == ".json":  # which the card is called
+            raise SettingsError(f"{str(path)!r} for a policy", ".safetensors", "Leave it out.")
         save_weights(path, self.weights, {
             "format": _FORMAT, "head": self.head, "activation": self.activation,
             "card": json.dumps(card, sort_keys=True),

@@ -1,9 +1,11 @@
 """The command line: thin, and errors in one line with exit code 2."""
 
 import csv
+import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,9 +19,11 @@ from revolver_lab.commands.parts import training
 from revolver_lab.demonstration_sources import record
 from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.errors import SettingsError
+from revolver_lab.policies import Policy
 from revolver_lab.runs import Run
 from revolver_lab.runs.worker import main as work
 from revolver_lab.trajectories import Success
+from revolver_lab.weights import digest
 
 needs_gl = pytest.mark.skipif(not _gl.choose().works, reason="no OpenGL on this machine")
 NAME = "cheetah-front-leg"
@@ -88,6 +92,16 @@ def test_policies_and_robots_pair_up_or_one_stays_for_all(monkeypatch, tmp_path)
     [
         ["strip", "cheetah-frontleg", "-o", "x.png"],
         ["strip", NAME, "-o", "x.txt"],
+        ["strip", "a.xml", "b.xml", "-o", "x.png"],
+        ["match", NAME, NAME, NAME],
+        ["match", "no-such-robot"],
+        ["gif", "a.xml", "b.xml", "-o", "x.gif", "--policy", "expert"],
+        ["record", "adroit-door", "-o", "."],
+        ["record", "adroit-door", "-o", "a.npz", "--alpha", "1.5"],
+        ["transfer", NAME, "--method", "direct", "--task", "happy"],
+        ["transfer", "adroit-door", "--method", "npg-direct", "--task", "happy"],
+        ["transfer", NAME, "--methods", "direct", "--task", "happy"],
+        ["transfer", "--plan", "config.json", "--task", "dense"],
         ["strip", NAME, "-o", "no/such/folder/x.png"],
         ["gif", NAME, "-o", "x.gif", "--alpha", "0"],
         ["gif", NAME, "-o", "x.gif", "--policy", "no-such-file"],
@@ -195,6 +209,31 @@ def test_evaluate_tells_success_where_a_task_has_a_goal(capsys, monkeypatch):
     assert float(row.split()[-1]) == 1.0
 
 
+def test_two_files_are_matched_and_drawn_as_a_registered_robot_is(tmp_path, capsys):
+    files = [str(tmp_path / name) for name in ("short.xml", "long.xml")]
+    for path, length in zip(files, (1, 2), strict=True):
+        Path(path).write_text(f"""<mujoco model="pole{length}"><worldbody><body name="pole">
+            <joint name="hinge"/><geom name="rod" type="capsule" fromto="0 0 0 0 0 {length}"
+            size=".05"/></body></worldbody></mujoco>""")
+    assert cli.main(["match", *files]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("Evolution('pole1-to-pole2'")
+    assert said.splitlines()[1:] == str(rvl.Evolution(*files).matching).splitlines()
+    assert cli.main(["match", NAME]) == 0
+    assert str(rvl.load(NAME).matching) in capsys.readouterr().out
+
+
+@needs_gl
+def test_two_files_are_drawn_by_command(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.xml").write_text(
+            "<mujoco><worldbody><geom size='.1'/></worldbody></mujoco>"
+        )
+    files, strip = [str(tmp_path / f"{name}.xml") for name in "ab"], str(tmp_path / "x.png")
+    assert cli.main(["strip", *files, "--alpha", "0", "1", "-o", strip, *SMALL]) == 0
+    assert Image.open(strip).width == 2 * 48 + 4
+
+
 def test_demonstrations_recorded_by_command_are_those_of_the_function(tmp_path, capsys):
     out = tmp_path / "door.npz"
     words = ["--episodes", "3", "--seed", "5", "--successes", "-o", str(out)]
@@ -256,6 +295,21 @@ def test_transfer_trains_one_learner_into_a_folder(tmp_path, capsys):
 
 
 @pytest.mark.slow
+def test_transfer_learns_by_the_reward_that_is_asked_for(tmp_path, capsys):
+    words = ["transfer", "adroit-door", "--steps", "1", "--task", "dense"]
+    root = ["--root", str(tmp_path)]
+    assert cli.main([*words, "--methods", "npg-direct", "--seeds", "0", *root]) == 0
+    (folder,) = tmp_path.glob("adroit-door-*")
+    card = json.loads((folder / "card.json").read_text())
+    assert card["command"].endswith("--steps 1 --task dense")
+    plan = Run.open(folder).plan
+    assert plan.task == "dense"
+    assert cli.main([*words, "--method", "npg-direct", "-o", str(tmp_path / "one")]) == 0
+    single = Policy.load(tmp_path / "one" / "policy.safetensors")
+    learner = Run.open(folder).results().learners[0].policy()
+    assert digest(single.weights) == digest(learner.weights)
+
+
 def test_transfer_trains_a_run_and_tells_how_it_is_doing(tmp_path, capsys):
     root = ["--root", str(tmp_path)]
     words = ["transfer", NAME, "--methods", "scratch", "--seeds", "0", "--steps", "4800", *root]

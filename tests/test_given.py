@@ -7,8 +7,11 @@ from natural_puck import EXPERT, Reach, puck
 import revolver_lab as rvl
 from revolver_lab.demonstration_sources import record
 from revolver_lab.errors import SettingsError
+from revolver_lab.lab.encoders import MOVIES, check_path
 from revolver_lab.learners.natural.settings import NaturalSettings
+from revolver_lab.logs import write_table
 from revolver_lab.natural_transfer import natural_transfer
+from revolver_lab.policies import Policy
 
 SMALL = NaturalSettings(trajectories=4, length=20, hidden=(4,), value_hidden=(8,))
 CHEETAH = "cheetah-front-leg"
@@ -79,3 +82,34 @@ def test_a_policy_and_a_log_say_what_they_are_in_a_line():
                         f"{log.evaluations[-1].mean:.4g} on the target)"  # fmt: skip
     assert repr(log.policy) == "Policy(2 observations, 2 actions, gaussian, tanh, from NPG)"
     assert repr(EXPERT).endswith("from ?)")
+
+
+def saved_demonstrations(path):
+    recorded().save(path)
+
+
+def table(path):
+    write_table(path, [{"a": 1}])
+
+
+@pytest.mark.parametrize("name", [".", "", "folder.gif", "folder", "file/x.gif", None, 3])
+@pytest.mark.parametrize("save", [EXPERT.save, saved_demonstrations, table,
+                                  lambda path: check_path(path, MOVIES)])  # fmt: skip
+def test_what_cannot_be_a_file_is_no_place_to_save(save, name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for folder in ("folder.gif", "folder", "folder.npz", "folder.safetensors"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "file").write_text("kept")
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(SettingsError):
+        save(name)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_decimals_are_no_ending_and_a_policy_is_not_its_card(tmp_path):
+    assert EXPERT.save(tmp_path / "alpha-0.5").name == "alpha-0.5.safetensors"
+    assert EXPERT.save(tmp_path / "walk").name == "walk.safetensors"
+    assert EXPERT.save(tmp_path / "walk.mine").name == "walk.mine"
+    with pytest.raises(SettingsError, match=r"\.json"):
+        EXPERT.save(tmp_path / "walk.json")
+    assert Policy.load(tmp_path / "walk.safetensors").action_size == EXPERT.action_size

@@ -1,5 +1,6 @@
-"""Commands that look at robots: list, doctor, strip, gif."""
+"""Commands that look at robots: list, doctor, match, strip, gif."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import revolver_lab as rvl
@@ -30,9 +31,24 @@ def doctor(_: Arguments) -> int:
     return BAD_USE if any(f.mend and not f.needed_for for f in findings) else 0
 
 
+def match(arguments: Arguments) -> int:
+    """Prints what became what, and how many parameters change."""
+    evolve = _evolution(arguments.names)
+    print(evolve, evolve.matching, sep="\n")
+    return 0
+
+
+def _evolution(names: Sequence[str]) -> "Evolution":
+    """Returns the registered evolution of one name, or that between two files."""
+    if len(names) > 2:
+        raise SettingsError(f"{len(names)} robots: {', '.join(names)}", "a name, or two files",
+                            "Leave the others out.")  # fmt: skip
+    return rvl.load(names[0]) if len(names) == 1 else rvl.Evolution(*names)
+
+
 def strip(arguments: Arguments) -> int:
     """Draws a film strip along alpha."""
-    evolve = rvl.load(arguments.name)
+    evolve = _evolution(arguments.names)
     alphas = arguments.alpha or rvl.lab.ALPHAS
     rvl.lab.strip(evolve, alphas, path=arguments.out, **_picture(arguments))
     return wrote(arguments.out)
@@ -40,8 +56,11 @@ def strip(arguments: Arguments) -> int:
 
 def gif(arguments: Arguments) -> int:
     """Draws a film of the robot along alpha, or of policies on its robots, side by side."""
-    shown = evolve = rvl.load(arguments.name)
+    shown = evolve = _evolution(arguments.names)
     if arguments.policy is not None:
+        if len(arguments.names) > 1:
+            raise SettingsError("--policy with two files, which have no task", "a robot by name",
+                                "Film it in Python: rvl.lab.record(..., task=...).")  # fmt: skip
         shown = _rollouts(evolve, arguments)
     elif arguments.alpha:
         raise SettingsError(
@@ -58,7 +77,7 @@ def _rollouts(evolve: "Evolution", arguments: Arguments) -> "list[Rollout]":
     given, alphas = arguments.policy, arguments.alpha
     if alphas is None:
         alphas = (0.0, 0.5, 1.0) if len(given) == 1 else (1.0,)
-    titles = arguments.title or (given if len(given) > 1 else [arguments.name])
+    titles = arguments.title or (given if len(given) > 1 else arguments.names)
     several = {"--policy": given, "--alpha": alphas, "--title": titles}
     panels = max(map(len, several.values()))
     for option, values in several.items():
@@ -66,7 +85,7 @@ def _rollouts(evolve: "Evolution", arguments: Arguments) -> "list[Rollout]":
             counts = ", ".join(f"{len(each)} {name}" for name, each in several.items())
             raise SettingsError(f"{counts}", "as many of each as there are panels, or one",
                                 f"Give 1 or {panels} for {option}.")  # fmt: skip
-    policies = {each: policy_of(arguments.name, each) for each in given}
+    policies = {each: policy_of(evolve.name, each) for each in given}
     rows = zip(*(list(v) * (panels // len(v)) for v in several.values()))
     return [
         rvl.lab.record(

@@ -9,6 +9,15 @@ Parser = argparse.ArgumentParser
 _POLICY = '"expert", a policy file, or a run\'s folder and learner: FOLDER:METHOD-SEED'
 _SHARED = {
     "robot": (("name",), {"metavar": "NAME", "help": "a robot that `list` shows"}),
+    "robots": (
+        ("names",),
+        {
+            "metavar": "ROBOT",
+            "nargs": "+",
+            "help": "a robot that `list` shows, "
+            "or two files (MJCF, URDF): the source and the target",
+        },
+    ),
     "alpha": (("--alpha",), {"type": float, "nargs": "+", "help": "which robots, in [0, 1]"}),
     "task": (("--task",), {"help": "which of the robot's rewards"}),
     "seed": (("--seed",), {"type": int, "default": 0, "help": "seed of everything random (0)"}),
@@ -47,11 +56,12 @@ def _looking(commands: Commands) -> None:
     listing.add_argument("--short", action="store_true", help="names only")
     _add(commands, "doctor", "looking:doctor",
          "what was found here, and how to mend what is missing")  # fmt: skip
+    _add(commands, "match", "looking:match", "what became what in two robots", "robots")
     strip = _add(commands, "strip", "looking:strip", "pictures of a robot along alpha",
-                 "robot", "alpha")  # fmt: skip
+                 "robots", "alpha")  # fmt: skip
     _pictures(strip, "x.png", 240, 200)
     gif = _add(commands, "gif", "looking:gif", "a film of a robot, or of a policy on it",
-               "robot", "alpha", "task", "seed", "steps")  # fmt: skip
+               "robots", "alpha", "task", "seed", "steps")  # fmt: skip
     _pictures(gif, "x.gif or x.mp4", 320, 240)
     gif.add_argument("--policy", nargs="+", help=f"{_POLICY}; one, or one a picture")
     gif.add_argument("--title", nargs="+", help="words under the pictures, one or one a picture")
@@ -79,7 +89,7 @@ def _transfer(commands: Commands) -> None:
     """The command that transfers."""
     move = _add(commands, "transfer", "training:transfer", "carry an expert to the target robot: "
                 "one learner into a folder (--method), or methods times seeds as a run "
-                "(--methods)", "steps")  # fmt: skip
+                "(--methods)", "steps", "task")  # fmt: skip
     move.add_argument("name", metavar="NAME", nargs="?", help="a robot that `list` shows")
     move.add_argument("--policy", default="expert", help=_POLICY)
     one = move.add_argument_group("one learner")

@@ -4,6 +4,7 @@ import sys
 
 from revolver_lab.commands.parts import Arguments, policy_of, training, wrote
 from revolver_lab.demonstration_sources import record as record_episodes
+from revolver_lab.files import output_file, output_folder
 from revolver_lab.runs.run import PROCESSES, ROOT
 from revolver_lab.runs.summary import describe
 from revolver_lab.runs.sweep import sweep as sweep_plans
@@ -31,6 +32,7 @@ def sweep(arguments: Arguments) -> int:
 
 def record(arguments: Arguments) -> int:
     """Records what a policy does, as demonstrations."""
+    output_folder(output_file(arguments.out, ".npz").parent)
     found = record_episodes(
         policy_of(arguments.name, arguments.policy), arguments.name, arguments.episodes,
         alpha=arguments.alpha, seed=arguments.seed, task=arguments.task,

@@ -35,7 +35,8 @@ def transfer(arguments: Arguments) -> int:
     """Trains one learner, or a run of many."""
     one = {f"--{k}" for k in ("method", "seed", "out") if getattr(arguments, k) is not None}
     many = {f"--{k}" for k in ("methods", "seeds", "plan") if getattr(arguments, k) is not None}
-    planned = arguments.plan is not None and (arguments.name or arguments.steps or len(many) > 1)
+    asked = arguments.name or arguments.steps or arguments.task or len(many) > 1
+    planned = arguments.plan is not None and asked
     if (one and many) or planned or not (arguments.name or arguments.plan):
         raise SettingsError(
             f"transfer {arguments.name or ''} {' '.join(sorted(one | many))}",
@@ -54,7 +55,7 @@ def _one(arguments: Arguments) -> int:
     expert = policy_of(arguments.name, arguments.policy) if chosen.expert else None
     log = rvl.transfer(
         expert, arguments.name, chosen, steps=arguments.steps, seed=arguments.seed or 0,
-        progress=shown(arguments.name), out=arguments.out,
+        task=arguments.task, progress=shown(arguments.name), out=arguments.out,
     )  # fmt: skip
     print(f"{chosen.name} on {log.robot}: {log.steps} steps, {log.wall_time:.0f} s")
     for found in log.evaluations[-1:]:
@@ -72,7 +73,7 @@ def _natural(arguments: Arguments, chosen: NaturalMethod) -> int:
     expert = policy_of(arguments.name, arguments.policy) if chosen.needs_expert else None
     population = NaturalPopulation(
         arguments.name, [Member(method=chosen, seed=arguments.seed or 0)], expert=expert,
-        steps=arguments.steps, nthread=0, report=report,
+        steps=arguments.steps, task=arguments.task, nthread=0, report=report,
     )  # fmt: skip
     population.run()
     log = population.results()[0]
@@ -111,7 +112,7 @@ def _plan(arguments: Arguments) -> tuple[Plan, Policy | None]:
     else:
         plan = Plan(robot=arguments.name, methods=arguments.methods or ["revolver"],
                     seeds=[0] if arguments.seeds is None else arguments.seeds,
-                    steps=arguments.steps,
+                    steps=arguments.steps, task=arguments.task,
                     expert=_hash(arguments))  # fmt: skip
     own = arguments.policy != "expert"
     return plan, policy_of(plan.robot, arguments.policy) if own else None

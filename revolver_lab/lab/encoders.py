@@ -12,7 +12,7 @@ import numpy as np
 from PIL import GifImagePlugin, Image
 
 from revolver_lab.errors import MissingExtraError, SettingsError
-from revolver_lab.files import write_atomically
+from revolver_lab.files import output_file, write_atomically
 
 MOVIES = (".gif", ".mp4")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")
@@ -30,13 +30,13 @@ def check_path(path: str | os.PathLike[str], allowed: tuple[str, ...]) -> Path:
     """A path whose ending is one of `allowed`, in a folder that exists.
 
     Raises:
-        SettingsError: If the ending is another, or the folder does not exist.
+        SettingsError: If the ending is another, the folder does not exist, or it is one itself.
 
     Example:
         >>> check_path("run.gif", MOVIES).name
         'run.gif'
     """
-    checked = Path(path)
+    checked = output_file(path)
     if checked.suffix.lower() not in allowed:
         raise SettingsError(
             f"the file name {checked.name!r}", " or ".join(allowed), "Change its ending."

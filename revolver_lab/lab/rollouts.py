@@ -2,11 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from revolver_lab.errors import SettingsError
 from revolver_lab.evolution.evolution import Evolution, checked_alpha
+
+if TYPE_CHECKING:
+    from revolver_lab.tasks.base import Task
 
 Acting = Callable[[np.ndarray], np.ndarray]
 """A policy, as far as a film is concerned: observation (O,) -> action (A,) in [-1, 1]."""
@@ -77,7 +81,7 @@ def record(
     evolve: Evolution | str,
     alpha: float,
     *,
-    task: str | None = None,
+    task: "str | Task | None" = None,
     seed: int = 0,
     steps: int | None = None,
     title: str = "",
@@ -86,9 +90,10 @@ def record(
 
     Args:
         policy: Observation (O,) -> action (A,) in [-1, 1].
-        evolve: An evolution that has a task, or its registered name.
+        evolve: The evolution, or the name of a registered one.
         alpha: Which robot, in [0, 1].
-        task: "sparse", "dense" or what the robot offers; by default its first.
+        task: A reward of the registered robot, by default its first; or a task for an evolution
+            of your own.
         seed: Seed of the episode.
         steps: Stop after so many steps; by default when the episode ends.
         title: What to write under its picture.

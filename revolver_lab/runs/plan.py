@@ -123,14 +123,17 @@ class Plan:
         names = [*dict.fromkeys(member.method.name for member in self.members)]
         words = ["revolver-lab", "transfer", self.robot, "--methods", *names, "--seeds",
                  *map(str, self.seeds), "--steps", str(self.steps)]  # fmt: skip
+        if self.task != next(iter(registry.get(self.robot).tasks)):
+            words += ["--task", str(self.task)]
         return shlex.join(words) if self._is_of_the_table(names) else _BY_PLAN
 
     def _is_of_the_table(self, names: Sequence[str]) -> bool:
-        """Says whether names, seeds and steps say all there is to say."""
+        """Says whether names, seeds, steps and reward say all there is to say."""
         if not {*METHODS, *NATURAL_METHODS} >= {*names}:
             return False
         try:
-            usual = Plan(robot=self.robot, methods=names, seeds=self.seeds, steps=self.steps)
+            usual = Plan(robot=self.robot, methods=names, seeds=self.seeds, steps=self.steps,
+                         task=self.task)  # fmt: skip
         except RevolverError:  # the table's own methods may not fit the steps
             return False
         return self == usual
