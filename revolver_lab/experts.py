@@ -92,8 +92,13 @@ def expert_folder() -> Path:
     return asset_folder("experts")
 
 
+def _expert_file(name: str) -> Path:
+    """Returns where the expert of a robot is, if there is one."""
+    return Path(registry.get(name).expert or expert_folder() / f"{name}.safetensors")
+
+
 def load_expert(name: str) -> Policy:
-    """Loads the shipped expert of a registered robot, critic included; torch is not needed.
+    """Loads the expert of a registered robot, critic included; torch is not needed.
 
     Args:
         name: One of `revolver_lab.names()`.
@@ -106,8 +111,7 @@ def load_expert(name: str) -> Policy:
         >>> load_expert("cheetah-front-leg").action_size
         6
     """
-    registry.get(name)
-    path = expert_folder() / f"{name}.safetensors"
+    path = _expert_file(name)
     if not path.is_file():
         shipped = sorted(p.stem for p in expert_folder().glob("*.safetensors"))
         raise PolicyFileError(f"expert of {name!r}", f"one of {shipped}",
@@ -126,8 +130,7 @@ def home_return(name: str, task: str | None = None) -> float | None:
         >>> home_return("cheetah-segment"), home_return("ant-leg-emerge")
         (160.5, None)
     """
-    known = (expert_folder() / f"{name}.safetensors").is_file()
-    if not known or task not in (None, next(iter(registry.get(name).tasks))):
+    if not _expert_file(name).is_file() or task not in (None, next(iter(registry.get(name).tasks))):
         return None
     return load_expert(name).card.episode_return
 

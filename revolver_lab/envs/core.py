@@ -39,7 +39,7 @@ class Stage:
             SettingsError: If an unregistered evolution comes without a ``Task``.
         """
         name = robot if isinstance(robot, str) else robot.name
-        registered = isinstance(robot, str) or name in registry.RECORDS
+        registered = isinstance(robot, str) or name in registry.names()
         record = registry.get(name) if registered else None
         self.evolve = registry.load(robot) if isinstance(robot, str) else robot
         if isinstance(task, Task):

@@ -8,7 +8,7 @@ import numpy as np
 
 from revolver_lab.evolution.ramps import Ramp, ramp
 from revolver_lab.robots.adroit_scenes import CAMERA, LOST, adroit
-from revolver_lab.robots.registry import Robot
+from revolver_lab.robots.robot import Robot
 from revolver_lab.tasks.hammering import Hammering
 from revolver_lab.tasks.manipulation import REWARDS
 from revolver_lab.tasks.opening import Opening

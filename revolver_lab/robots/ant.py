@@ -5,7 +5,7 @@ from functools import partial
 import mujoco
 
 from revolver_lab.robots.installed import feel_contacts, installed_spec
-from revolver_lab.robots.registry import Robot
+from revolver_lab.robots.robot import Robot
 from revolver_lab.tasks.locomotion import AntRun
 
 ORIGIN = "Gymnasium's ant.xml (OpenAI, Farama Foundation), MIT"

@@ -5,7 +5,7 @@ from functools import partial
 import mujoco
 
 from revolver_lab.robots.installed import installed_spec, shrink_sky
-from revolver_lab.robots.registry import Robot
+from revolver_lab.robots.robot import Robot
 from revolver_lab.tasks.catching import Catch, Toss
 
 # facts, section 9

@@ -6,7 +6,7 @@ from functools import partial
 import mujoco
 
 from revolver_lab.robots.installed import installed_spec, shrink_sky
-from revolver_lab.robots.registry import Robot
+from revolver_lab.robots.robot import Robot
 from revolver_lab.tasks.running import Dash, SpeedTrap
 
 ORIGIN = "dm_control.suite cheetah (DeepMind), Apache-2.0"

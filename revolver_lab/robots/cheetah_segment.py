@@ -7,7 +7,7 @@ import numpy as np
 
 from revolver_lab.evolution.lifting import lift
 from revolver_lab.robots.cheetah import DENSITY, ORIGIN, TASKS, cheetah
-from revolver_lab.robots.registry import Robot
+from revolver_lab.robots.robot import Robot
 
 # As facts, section 9, but longer: at the pilot's 0.40 m direct transfer gets there too, 150.9 of
 # 200 in the mean of four learners against REvolveR's 151.7; at 0.60 m it is 0 against 149.6.

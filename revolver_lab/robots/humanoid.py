@@ -3,7 +3,7 @@
 import mujoco
 
 from revolver_lab.robots.installed import feel_contacts, installed_spec
-from revolver_lab.robots.registry import Robot
+from revolver_lab.robots.robot import Robot
 from revolver_lab.tasks.locomotion import HumanoidRun
 
 ORIGIN = "Gymnasium's humanoid.xml (OpenAI, Farama Foundation), MIT"

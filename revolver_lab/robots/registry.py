@@ -1,20 +1,15 @@
 """The registered robots: names, and what stands behind each."""
 
-import difflib
 import functools
 import importlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from revolver_lab.errors import UnknownNameError
+from revolver_lab.errors import SettingsError
+from revolver_lab.robots import own
+from revolver_lab.robots.robot import Robot, unknown
 
 if TYPE_CHECKING:
-    import mujoco
-
     from revolver_lab.evolution.evolution import Evolution
-    from revolver_lab.evolution.ramps import RampSpec
-    from revolver_lab.tasks.base import Task
 
 # Name -> where its record is. Nothing of it is imported before it is asked for.
 RECORDS = {
@@ -35,64 +30,56 @@ RECORDS = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class Robot:
-    """A registered evolution: two robots, what they are to do, and where they come from.
-
-    Attributes:
-        name: Registered name, "cheetah-front-leg".
-        domain: What ``suite.load`` calls the robot, "cheetah".
-        task: What ``suite.load`` calls the evolution, "front_leg".
-        source: Builds the source robot.
-        target: Builds the target robot.
-        tasks: Name of a reward -> task; the first is the default.
-        camera: A camera that every robot on the path has.
-        origin: Where the files come from, and their licence.
-        summary: What changes, in a few words.
-        f: Interpolation, as ``Evolution`` takes it.
-    """
-
-    name: str
-    domain: str
-    task: str
-    source: "Callable[[], mujoco.MjSpec]"
-    target: "Callable[[], mujoco.MjSpec]"
-    tasks: "Mapping[str, Callable[[], Task]]"
-    camera: str
-    origin: str
-    summary: str
-    f: "RampSpec" = "linear"
-
-    def make_task(self, reward: str | None = None) -> "Task":
-        """Return a new task of this robot.
-
-        Args:
-            reward: One of ``tasks``; by default the first.
-
-        Raises:
-            UnknownNameError: If the robot has no such reward.
-        """
-        reward = next(iter(self.tasks)) if reward is None else reward
-        if reward not in self.tasks:
-            raise unknown(f"task {reward!r} of {self.name}", reward, list(self.tasks))
-        return self.tasks[reward]()
-
-
-def unknown(given: str, name: str, names: list[str]) -> UnknownNameError:
-    """Return the error for a name that is not among ``names``, near ones first."""
-    near = difflib.get_close_matches(str(name), names, n=3, cutoff=0.4)
-    remedy = f"Did you mean {' or '.join(map(repr, near))}?" if near else "Take one of these."
-    return UnknownNameError(f"unknown {given}", ", ".join(names), remedy)
-
-
 def names() -> list[str]:
-    """Return the names of all registered evolutions.
+    """Return the names of all registered evolutions, your own last.
 
     Example:
         >>> names()[0]
         'cheetah-front-leg'
     """
-    return list(RECORDS)
+    return [*RECORDS, *_own()]
+
+
+def _own() -> dict[str, Robot]:
+    """Return the records of your own robots by name.
+
+    Raises:
+        SettingsError: If one of them has a name of ours.
+    """
+    mine = own.own_robots()
+    for name in mine.keys() & RECORDS.keys():
+        raise SettingsError(f"a robot in {own.VARIABLE} with the name {name!r}",
+                            "a name that is not taken", "Give it another name.")  # fmt: skip
+    return mine
+
+
+def register(place: str) -> str:
+    """Make a robot of your own known by name, here and to all workers started from here on.
+
+    Everything that takes the name of a robot then takes yours: environments, transfers, plans,
+    runs and sweeps, the lab. Outside of Python the environment variable REVOLVER_LAB_ROBOTS
+    does the same; several are separated by semicolons.
+
+    Args:
+        place: "FILE.py:RECORD" or "package.module:RECORD", where RECORD is a ``Robot``. The
+            file is executed; what it imports may lie beside it.
+
+    Returns:
+        The robot's name.
+
+    Raises:
+        SettingsError: If there is no such record, or its name is taken.
+    """
+    if not isinstance(place, str):
+        raise SettingsError(f"place = {place!r:.80}", "'FILE.py:RECORD'", "Save it in a file.")
+    place = own.absolute(place)
+    name = own.read_record(place).name
+    taken = {own.read_record(other).name for other in own.places() if other != place}
+    if name in RECORDS or name in taken:
+        raise SettingsError(f"{place!r} with the name {name!r}", "a name that is not taken",
+                            "Give it another name.")  # fmt: skip
+    own.remember(place)
+    return name
 
 
 def get(name: str) -> Robot:
@@ -109,12 +96,15 @@ def get(name: str) -> Robot:
         'front leg 1 -> 0.4'
     """
     if name not in RECORDS:
-        raise unknown(f"robot {name!r}", name, names())
+        mine = _own()
+        if name in mine:
+            return mine[name]
+        usual = "Take one of these, or register('FILE.py:RECORD') of revolver_lab.robots."
+        raise unknown(f"robot {name!r}", name, names(), usual)
     module, _, record = RECORDS[name].partition(":")
     return getattr(importlib.import_module(module), record)
 
 
-@functools.lru_cache(maxsize=16)
 def load(name: str) -> "Evolution":
     """Return the ``Evolution`` of a registered pair; one object per name, with its cache.
 
@@ -124,9 +114,14 @@ def load(name: str) -> "Evolution":
     Raises:
         UnknownNameError: If there is none.
     """
+    return _made(get(name))
+
+
+@functools.lru_cache(maxsize=16)
+def _made(robot: Robot) -> "Evolution":
+    """Make the evolution of a record, once."""
     from revolver_lab.evolution.evolution import Evolution
 
-    robot = get(name)
     return Evolution(robot.source(), robot.target(), f=robot.f, name=robot.name)
 
 
@@ -136,7 +131,7 @@ def find(domain: str, task: str) -> Robot:
     Raises:
         UnknownNameError: If there is none.
     """
-    pairs = {f"{r.domain} {r.task}": r for r in map(get, names())}
+    pairs = {f"{r.domain} {r.task or r.name}": r for r in map(get, names())}
     if f"{domain} {task}" not in pairs:
         raise unknown(f"task {domain!r}, {task!r}", f"{domain} {task}", list(pairs))
     return pairs[f"{domain} {task}"]

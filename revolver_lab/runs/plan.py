@@ -15,6 +15,7 @@ from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod, natural
 from revolver_lab.policies import Policy
 from revolver_lab.preflight import check_steps
 from revolver_lab.robots import registry
+from revolver_lab.robots.own import likeness
 from revolver_lab.runs.checking import check_kinds, check_names, check_one_kind, check_plain
 from revolver_lab.weights import digest
 
@@ -46,7 +47,8 @@ class Plan:
             at the end, as it is always for natural methods.
         evaluate_episodes: Episodes of an evaluation; None is 10, or 100 for natural methods.
         expert: Hash of the weights that methods with an expert begin with; by default those of
-            the shipped expert, which is put in here.
+            the robot's own expert, which is put in here.
+        likeness: Hash of a robot of your own, which is put in here; None for ours.
 
     Raises:
         UnknownNameError: If there is no such robot, task or method.
@@ -68,11 +70,13 @@ class Plan:
     evaluate_every: int = _EVERY
     evaluate_episodes: int = None  # type: ignore[assignment]
     expert: str | None = None
+    likeness: str | None = None
 
     def __post_init__(self) -> None:
         """Looks names up, and refuses what cannot work before anything is trained."""
         self._fill_in()
         check_kinds(self)
+        self._check_likeness()
         task = registry.get(self.robot).make_task(self.task)
         chosen = tuple(_named(m, self.robot, self.task) for m in self.methods)
         check_one_kind(chosen, self.learner)
@@ -100,6 +104,17 @@ class Plan:
         for name, usual in (_NATURAL if natural else _USUAL).items():
             if getattr(self, name) is None:
                 object.__setattr__(self, name, usual)
+
+    def _check_likeness(self) -> None:
+        """Refuses a robot that has changed since the plan was made."""
+        robot = registry.get(self.robot)
+        found = None if self.robot in registry.RECORDS else likeness(robot)
+        if self.likeness not in (None, found):
+            raise SettingsError(
+                f"{self.robot}, which has changed", f"the robots with the hash {self.likeness}",
+                "Restore its files, or make a new plan.",
+            )  # fmt: skip
+        object.__setattr__(self, "likeness", found)
 
     @property
     def members(self) -> tuple[Member, ...]:
@@ -141,6 +156,8 @@ class Plan:
     def to_json(self) -> dict[str, Any]:
         """Returns the plan as plain JSON values."""
         plain = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        if self.likeness is None:  # folders are named by a hash of this: ours keep their names
+            del plain["likeness"]
         return plain | {
             "format": FORMAT, "methods": [m.to_json() for m in self.methods],  # type: ignore[union-attr]
             "seeds": list(self.seeds), "learner": self.learner.to_json() if self.learner else None,
@@ -158,7 +175,8 @@ class Plan:
             SettingsError: If it is of another version, or no plan.
         """
         known = {field.name for field in dataclasses.fields(cls)} | {"format"}
-        if not isinstance(value, Mapping) or value.get("format") != FORMAT or set(value) != known:
+        fits = isinstance(value, Mapping) and set(value) | {"likeness"} == known
+        if not fits or value.get("format") != FORMAT:
             found = value.get("format") if isinstance(value, Mapping) else type(value).__name__
             raise SettingsError(f"{path} of format {found!r}", f"format {FORMAT}, with the fields "
                                 f"{sorted(known)}", "It was written by another version of "

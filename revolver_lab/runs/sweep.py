@@ -1,11 +1,13 @@
 """Many runs at once: every learner a job of its own, on this machine's cores or on a cluster."""
 
+import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 
 from revolver_lab.errors import MissingExtraError, SettingsError
+from revolver_lab.robots.own import VARIABLE
 from revolver_lab.runs import store, worker
 from revolver_lab.runs.claim import ShardTakenError, is_claimed
 from revolver_lab.runs.plan import Plan
@@ -97,10 +99,11 @@ def _hand_out(
         if not is_claimed(_work(job)):
             (_work(job) / store.FAILED).unlink(missing_ok=True)
     yield 0
+    robots = os.environ.get(VARIABLE, "")  # workers may have begun before one was registered
     try:
         with _where(jobs, cluster):
             ended = Parallel(return_as="generator_unordered")
-            for _ in ended(delayed(_train)(*job, every) for job in waiting):
+            for _ in ended(delayed(_train)(*job, every, robots) for job in waiting):
                 yield sum(map(_is_done, waiting))
     except TerminatedWorkerError:
         pass  # whoever was killed left a checkpoint: the rest is given out again
@@ -143,7 +146,8 @@ def _client(cluster: str) -> AbstractContextManager:
         ) from error  # fmt: skip
 
 
-def _train(folder: Path, shard: int, every: float) -> None:
+def _train(folder: Path, shard: int, every: float, robots: str) -> None:
     """Does a job, in whatever process it is, unless another sweep is at it."""
+    os.environ[VARIABLE] = robots
     with suppress(ShardTakenError):
         worker.train(folder, shard, every)
