@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from natural_puck import EXPERT, Reach, puck
 from PIL import Image
 
 import revolver_lab as rvl
@@ -211,6 +212,15 @@ def test_a_record_of_a_hand_says_for_how_long_the_goal_was_held():
     assert kept.goal_steps == 25
     assert kept.success() == (kept.score > 25)
     assert rvl.lab.record(lambda o: np.zeros(6), NAME, 0.0, steps=2).held is None
+
+
+def test_a_record_on_a_robot_of_ones_own_is_judged_by_ones_own_task():
+    kept = rvl.lab.record(EXPERT, puck(), 0.0, task=Reach(), seed=1)
+    assert kept.rewards[1:].tolist() == (np.abs(kept.qpos[1:, 0]) < 0.3).astype(float).tolist()
+    assert kept.success()
+    assert not rvl.lab.record(EXPERT, puck(), 1.0, task=Reach(), seed=1).success()
+    with pytest.raises(SettingsError, match="not registered"):
+        rvl.lab.record(EXPERT, puck(), 0.0)
 
 
 def test_recording_an_unknown_robot_lists_the_near_ones():

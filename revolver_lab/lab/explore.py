@@ -16,6 +16,8 @@ from revolver_lab.lab.rollouts import Acting
 if TYPE_CHECKING:
     from ipywidgets import Image
 
+    from revolver_lab.tasks.base import Task
+
 Change = dict[str, Any]
 """What ipywidgets hands to an observer; only its "new" is used."""
 
@@ -30,7 +32,7 @@ def explore(
     policy: Acting | None = None,
     *,
     alpha: float = 0.0,
-    task: str | None = None,
+    task: "str | Task | None" = None,
     seed: int = 0,
 ) -> "App":
     """A slider that drags one robot into another, with its picture and what changes.
@@ -42,7 +44,8 @@ def explore(
         evolve: The evolution.
         policy: Observation (O,) -> action (A,) in [-1, 1].
         alpha: Where the slider stands at first.
-        task: Which of the robot's rewards the policy is judged by; by default its first.
+        task: What the policy is judged by: a reward of the registered robot, by default its first,
+            or a task for an evolution of your own.
         seed: Seed of the policy's episodes.
 
     Returns:

@@ -3,6 +3,7 @@
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image
@@ -14,6 +15,9 @@ from revolver_lab.lab.facts import Fact, Facts
 from revolver_lab.lab.frames import FIT
 from revolver_lab.lab.rollouts import Acting, Rollout, record
 from revolver_lab.lab.standins import NOTE, shared_stage
+
+if TYPE_CHECKING:
+    from revolver_lab.tasks.base import Task
 
 QUICK, FULL = (320, 240), (640, 480)
 """Pixels of a picture while the slider moves, and when it rests."""
@@ -43,7 +47,8 @@ class Explorer:
     Args:
         evolve: The evolution.
         policy: Observation (O,) -> action (A,) in [-1, 1]; by default the robot stands.
-        task: Which of the robot's rewards the policy is judged by; by default its first.
+        task: What the policy is judged by: a reward of the registered robot, by default its first,
+            or a task for an evolution of your own.
         seed: Seed of the policy's episodes.
 
     Raises:
@@ -55,7 +60,7 @@ class Explorer:
         evolve: Evolution,
         policy: Acting | None = None,
         *,
-        task: str | None = None,
+        task: "str | Task | None" = None,
         seed: int = 0,
     ):
         if not isinstance(evolve, Evolution):
