@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from revolver_lab.demonstrations import Demonstrations, refusal
-from revolver_lab.errors import DemonstrationsError, MissingExtraError, SettingsError
-from revolver_lab.given import require, seed_of
+from revolver_lab.errors import DemonstrationsError, MissingExtraError
+from revolver_lab.given import count_of, require, seed_of
 from revolver_lab.policies import Policy
 from revolver_lab.trajectories import Success, Trajectories, sample
 
@@ -45,8 +45,7 @@ def record(
 
     require("policy", policy, Policy, "Pass rvl.load_expert(name), or Policy.load(path).")
     seed = seed_of(seed)
-    if episodes < 1:
-        raise SettingsError(f"episodes = {episodes}", "1 or more", "Ask for 10.")
+    episodes = count_of("episodes", episodes, 1, "Ask for 10.")
     n = min(episodes, _SIDE_BY_SIDE)
     env = make_vec_env(evolve, n, alphas=alpha, task=task, seed=seed, autoreset_mode="NextStep")
     policy.fits(env.observation_space.shape[1], env.action_space.shape[1])  # type: ignore[index]

@@ -7,7 +7,7 @@ import numpy as np
 
 from revolver_lab.errors import SettingsError
 from revolver_lab.evolution.evolution import checked_alpha
-from revolver_lab.given import require, seed_of
+from revolver_lab.given import count_of, require, seed_of
 from revolver_lab.policies import Policy
 
 if TYPE_CHECKING:
@@ -103,8 +103,7 @@ def _along(
     require("policy", policy, Policy, "Pass rvl.load_expert(name), or Policy.load(path).")
     seed = seed_of(seed)
     robots = np.array([checked_alpha(alpha) for alpha in np.atleast_1d(alphas)])
-    if episodes < 1:
-        raise SettingsError(f"episodes = {episodes}", "1 or more", "Ask for 10.")
+    episodes = count_of("episodes", episodes, 1, "Ask for 10.")
     side_by_side = max(_MOST_SIMULATIONS // min(episodes, _MOST_STARTS), 1)
     played = [np.empty((2, 0, episodes))]
     for i in range(0, len(robots), side_by_side):

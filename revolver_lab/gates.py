@@ -2,13 +2,13 @@
 
 import dataclasses
 import math
-import numbers
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import is_number, is_whole
 
 Measure = Callable[[float, int], float]
 """Plays evaluations: (alpha, episodes) -> fraction of them that succeed, by mean actions."""
@@ -72,8 +72,7 @@ class Gate:
     ) -> None:
         """Raises SettingsError unless a setting is a number within its bounds."""
         value = getattr(self, name)
-        fits = isinstance(value, numbers.Integral if whole else numbers.Real)
-        fits = fits and not isinstance(value, bool) and low <= value <= high
+        fits = (is_whole(value) if whole else is_number(value)) and low <= value <= high
         if not fits or (value == low and not least):
             kind = "a whole number" if whole else "a number"
             raise SettingsError(f"{name} = {value!r}", f"{kind} in {'[' if least else '('}{low}, "

@@ -11,9 +11,8 @@ import numpy as np
 from revolver_lab.cards import ModelCard, command, commit, versions
 from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.envs import snapshot
-from revolver_lab.errors import SettingsError
 from revolver_lab.gates import PILOT_GATE, Gate, Position
-from revolver_lab.given import require, seed_of
+from revolver_lab.given import count_of, require, seed_of
 from revolver_lab.learners.natural.algorithms import make_learner
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
 from revolver_lab.logs import Phase
@@ -66,8 +65,8 @@ class NaturalTransfer:
         require("gate", gate, Gate, "Pass SampledGate(), or leave it out.")
         require("settings", settings, NaturalSettings, "Pass NaturalSettings(), or leave it out.")
         seed = seed_of(seed)
-        if steps is not None and steps < 1:
-            raise SettingsError(f"steps = {steps}", "1 or more, or None", "Try 1_000_000.")
+        if steps is not None:
+            steps = count_of("steps", steps, 1, "Try 1_000_000; None waits for the gate.")
         self._make = (evolve, task, nthread)
         self.env = self._environment(settings.trajectories, seed)
         self.success = (success or Success()).check(self.env)

@@ -1,14 +1,12 @@
 """What is compared by natural policy gradient: each configures the loop in `natural_loop`."""
 
 import dataclasses
-import math
-import numbers
 from collections.abc import Mapping
 from typing import Any
 
 from revolver_lab.errors import SettingsError, UnknownNameError
 from revolver_lab.gates import EvaluatedGate, Gate, SampledGate, SteppedGate, gate_from_json
-from revolver_lab.given import require
+from revolver_lab.given import is_number, is_whole, require
 from revolver_lab.learners.natural.algorithms import ALGORITHMS, IMITATORS
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
 from revolver_lab.methods import look_up
@@ -49,12 +47,13 @@ class NaturalMethod:
         require("gate", self.gate, Gate, "Pass SampledGate(), or leave it out.")
         require("settings", self.settings, NaturalSettings, "Leave it out.")
         require("expert", self.expert, bool, "True carries the expert over.")
-        least, real = self.least_return, isinstance(self.least_return, numbers.Real)
-        if least is not None and (isinstance(least, bool) or not (real and math.isfinite(least))):
+        least = self.least_return
+        if least is not None and not is_number(least):
             raise SettingsError(f"least_return = {least!r}", "a finite number, or None",
                                 "Half of what the expert returns is a start.")  # fmt: skip
-        number = isinstance(self.demonstrations, numbers.Integral) and self.demonstrations >= 0
-        if not number or (self.demonstrations > 0) != (self.algorithm in IMITATORS):
+        if not is_whole(self.demonstrations) or (self.demonstrations > 0) != (
+            self.algorithm in IMITATORS
+        ):
             raise SettingsError(
                 f"{self.algorithm} with demonstrations = {self.demonstrations!r}",
                 f"1 episode or more for {sorted(IMITATORS)}, 0 for NPG", f"Try {_EPISODES}.",

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from revolver_lab.demonstrations import Demonstrations
-from revolver_lab.errors import SettingsError
 from revolver_lab.files import output_folder
 from revolver_lab.gates import PILOT_GATE, Gate
+from revolver_lab.given import count_of
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
 from revolver_lab.natural_log import Iteration, NaturalLog
 from revolver_lab.natural_loop import NaturalTransfer
@@ -63,8 +63,7 @@ def natural_transfer(
         PolicyFileError: If the expert does not fit the robot, or has no Gaussian head.
         DemonstrationsError: If the demonstrations do not fit the robot.
     """
-    if evaluate_episodes < 0:
-        raise SettingsError(f"evaluate_episodes = {evaluate_episodes}", "0 or more", "Try 100.")
+    evaluate_episodes = count_of("evaluate_episodes", evaluate_episodes, 0, "Try 100.")
     if out is not None:
         output_folder(out)
     loop = NaturalTransfer(

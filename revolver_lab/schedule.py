@@ -3,13 +3,13 @@
 import dataclasses
 import functools
 import math
-import numbers
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import is_number, is_whole
 from revolver_lab.shaping import FORMS
 
 
@@ -36,8 +36,12 @@ class Adaptive:
 
     def __post_init__(self) -> None:
         """Refuses settings that cannot work."""
-        _require(0 < self.ratio <= 1, f"ratio = {self.ratio}", "a fraction in (0, 1]", "Try 0.7.")
-        _require(self.memory >= 1, f"memory = {self.memory}", "1 or more phases", "Try 3.")
+        _require(is_number(self.ratio) and 0 < self.ratio <= 1, f"ratio = {self.ratio!r}",
+                 "a fraction in (0, 1]", "Try 0.7.")  # fmt: skip
+        for name, usual in (("memory", 3), ("episodes_limit", 200)):
+            value = getattr(self, name)
+            _require(is_whole(value, 1), f"{name} = {value!r}", "a whole number, 1 or more",
+                     f"Try {usual}.")  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -90,11 +94,16 @@ class Schedule:
 
     def __post_init__(self) -> None:
         """Refuses settings that cannot work, before the first step."""
-        for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
-            kinds = {"shaping_form": str, "adaptive": Adaptive}.get(field.name, numbers.Real)
-            _require(isinstance(value, kinds) or (value is None and field.default is None),
-                     f"{field.name} = {value!r}", f"a {kinds.__name__}", "Convert it.")  # fmt: skip
+        for name in ("alpha_step", "xi", "shaping", "alpha_start", "alpha_end"):
+            value = getattr(self, name)
+            _require(is_number(value), f"{name} = {value!r}", "a finite number", "Convert it.")
+        limitless = self.window in (None, math.inf)
+        _require(limitless or is_number(self.window), f"window = {self.window!r}",
+                 "None, a number, or infinity", "Convert it.")  # fmt: skip
+        _require(isinstance(self.short_phases, bool), f"short_phases = {self.short_phases!r}",
+                 "True or False", "Leave it out.")  # fmt: skip
+        _require(isinstance(self.adaptive, Adaptive | None), f"adaptive = {self.adaptive!r}",
+                 "Adaptive(...), or None", "Leave it out.")  # fmt: skip
         _require(0 < self.alpha_step <= 1, f"alpha_step = {self.alpha_step}",
                  "a number in (0, 1]", "The course uses 0.04.")  # fmt: skip
         _require(self.xi == 0 or self.alpha_step < self.xi <= 1,
@@ -104,8 +113,7 @@ class Schedule:
         _require(0 <= self.alpha_start <= self.alpha_end <= 1,
                  f"alpha from {self.alpha_start} to {self.alpha_end}",
                  "0 <= alpha_start <= alpha_end <= 1", "Leave them at 0 and 1.")  # fmt: skip
-        _require(math.isfinite(self.shaping) and abs(self.shaping) <= 20,
-                 f"shaping = {self.shaping}", "a number in [-20, 20]",
+        _require(abs(self.shaping) <= 20, f"shaping = {self.shaping}", "a number in [-20, 20]",
                  "The paper uses h = 1; 0 turns it off.")  # fmt: skip
         _require(self.window is None or self.window >= self.xi,
                  f"window = {self.window} with xi = {self.xi}", "None, or xi and more",
@@ -118,7 +126,9 @@ class Schedule:
         """Refuses numbers of episodes that no phase can have."""
         for name in ("episodes_per_phase", "final_episodes", "latest", "phase_steps"):
             value = getattr(self, name)
-            _require(value is None or value >= 1, f"{name} = {value}", "1 or more", "Try 8.")
+            optional = name != "episodes_per_phase" and value is None
+            _require(optional or is_whole(value, 1), f"{name} = {value!r}",
+                     "a whole number, 1 or more", "Try 8.")  # fmt: skip
         limit = self.adaptive.episodes_limit if self.adaptive else math.inf
         _require(limit >= self.episodes_per_phase, f"episodes_limit = {limit}",
                  f"episodes_per_phase = {self.episodes_per_phase} or more",

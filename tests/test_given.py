@@ -50,6 +50,16 @@ def test_a_seed_that_is_none_is_refused_by_all(ask, seed):
         ask(seed=seed)
 
 
+@pytest.mark.parametrize("count", [-1, 1.5, "3", True, np.nan, None])
+@pytest.mark.parametrize(
+    ("ask", "name"),
+    [(evaluated, "episodes"), (recorded, "episodes"), (natural, "evaluate_episodes")],
+)
+def test_a_number_of_things_that_is_none_is_refused_by_all(ask, name, count):
+    with pytest.raises(SettingsError, match=rf"{name} = .*whole number"):
+        ask(**{name: count})
+
+
 @pytest.mark.parametrize(
     ("ask", "changes", "what"),
     [

@@ -70,6 +70,15 @@ def test_a_wider_window_reaches_backwards():
         ({"alpha_start": 1.2}, "alpha from 1.2"),
         ({"alpha_end": 0.5, "alpha_start": 0.6}, "to 0.5"),
         ({"adaptive": Adaptive(episodes_limit=4)}, "episodes_limit = 4"),
+        ({"adaptive": 3}, "adaptive = 3"),
+        ({"episodes_per_phase": 2.5}, "episodes_per_phase = 2.5"),
+        ({"episodes_per_phase": None}, "episodes_per_phase = None"),
+        ({"phase_steps": True}, "phase_steps = True"),
+        ({"latest": "all"}, "latest = 'all'"),
+        ({"short_phases": 1}, "short_phases = 1"),
+        ({"window": math.nan}, "window = nan"),
+        ({"xi": "wide"}, "xi = 'wide'"),
+        ({"shaping_form": ["absolute"]}, "shaping_form = ['absolute']"),
     ],
 )
 def test_settings_that_cannot_work_are_refused_by_name(settings, text):
@@ -118,7 +127,11 @@ def test_an_adaptive_phase_waits_until_it_is_nearly_as_good_as_those_before():
     assert not schedule.phase_over(0.2, [-140.0] * 4, [-100.0])
 
 
-@pytest.mark.parametrize("settings", [{"ratio": 0.0}, {"ratio": 1.1}, {"memory": 0}])
+@pytest.mark.parametrize(
+    "settings",
+    [{"ratio": 0.0}, {"ratio": 1.1}, {"ratio": "most"}, {"memory": 0}, {"memory": 2.5},
+     {"episodes_limit": math.inf}],
+)  # fmt: skip
 def test_adaptive_settings_that_cannot_work_are_refused(settings):
     with pytest.raises(SettingsError):
         Adaptive(**settings)

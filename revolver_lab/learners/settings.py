@@ -1,13 +1,12 @@
 """The settings of an off-policy learner, with the course's and the paper's values; no torch."""
 
 import dataclasses
-import math
-import numbers
 import re
 from collections.abc import Mapping
 from typing import Any
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import is_number, is_whole
 
 ENGINES = ("auto", "stacked", "stable-baselines3")
 STACKED = ("SAC", "TD3")
@@ -68,16 +67,16 @@ class LearnerSettings:
         for name in ("batch_size", "simulations", "updates", "learning_starts", "buffer_size",
                      "policy_delay"):  # fmt: skip
             value = getattr(self, name)
-            _require(_whole(value) and value >= 1, name, value, "a whole number, 1 or more")
+            _require(is_whole(value, 1), name, value, "a whole number, 1 or more")
         for name in ("learning_rate", "gamma", "tau"):
             value = getattr(self, name)
-            _require(_number(value) and 0 < value <= 1, name, value, "a number in (0, 1]")
+            _require(is_number(value) and 0 < value <= 1, name, value, "a number in (0, 1]")
         for name in ("action_noise", "target_noise", "target_noise_clip"):
             value = getattr(self, name)
-            _require(_number(value) and value >= 0, name, value, "a number, 0 or more")
+            _require(is_number(value) and value >= 0, name, value, "a number, 0 or more")
         widths = self.hidden
         _require(isinstance(widths, tuple | list) and len(widths) > 0
-                 and all(_whole(width) and width >= 1 for width in widths),
+                 and all(is_whole(width, 1) for width in widths),
                  "hidden", widths, "one or more positive widths")  # fmt: skip
         _require(self.engine in ENGINES, "engine", self.engine, f"one of {ENGINES}")
         _require(_temperature(self.ent_coef), "ent_coef", self.ent_coef,
@@ -128,20 +127,10 @@ def _require(holds: bool, name: str, value: Any, allowed: str) -> None:
                             "The course preset is LearnerSettings().")  # fmt: skip
 
 
-def _number(value: Any) -> bool:
-    """Says whether a value is a finite number."""
-    return isinstance(value, numbers.Real) and math.isfinite(value)
-
-
-def _whole(value: Any) -> bool:
-    """Says whether a value is a whole number, and not True or False."""
-    return isinstance(value, numbers.Integral) and not isinstance(value, bool)
-
-
 def _temperature(value: Any) -> bool:
     """Says whether a value can be SAC's temperature."""
     if not isinstance(value, str):
-        return _number(value) and value >= 0
+        return is_number(value) and value >= 0
     start = re.fullmatch(r"auto(?:_(\d*\.?\d+(?:e-?\d+)?))?", value)
     return start is not None and (start[1] is None or float(start[1]) > 0)
 

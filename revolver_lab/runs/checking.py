@@ -1,12 +1,12 @@
 """What a plan refuses before anything is trained, and what a run refuses on this machine."""
 
 import json
-import numbers
 import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import is_whole
 from revolver_lab.learners.settings import LearnerSettings
 from revolver_lab.methods import Method
 from revolver_lab.natural_methods import NaturalMethod
@@ -38,11 +38,11 @@ def check_kinds(plan: "Plan") -> None:
              "a list of names and Methods, one or more",
              'Try methods=["direct", "revolver"].')  # fmt: skip
     seeds = plan.seeds
-    _require(_several(seeds) and all(_whole(seed, 0) for seed in seeds), "seeds", seeds,
+    _require(_several(seeds) and all(is_whole(seed, 0) for seed in seeds), "seeds", seeds,
              "a list of whole numbers of 0 or more", "Try range(5).")  # fmt: skip
     for name, least in (("steps", 1), ("evaluate_every", 0), ("evaluate_episodes", 1)):
         value = getattr(plan, name)
-        _require(_whole(value, least), name, value, f"a whole number, {least} or more",
+        _require(is_whole(value, least), name, value, f"a whole number, {least} or more",
                  "Ask for 72,000 steps, evaluated every 24,000 with 10 episodes.")  # fmt: skip
         object.__setattr__(plan, name, int(value))
     for name in ("task", "expert"):
@@ -149,12 +149,6 @@ def check_natural(plan: "Plan", env: "RobotVectorEnv") -> None:
 def _several(value: Any) -> bool:
     """Says whether a value is a collection, and not text."""
     return hasattr(value, "__iter__") and hasattr(value, "__len__") and not isinstance(value, str)
-
-
-def _whole(value: Any, least: int) -> bool:
-    """Says whether a value is a whole number, and large enough."""
-    whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
-    return whole and int(value) >= least
 
 
 def _require(holds: bool, name: str, value: Any, allowed: str, remedy: str) -> None:

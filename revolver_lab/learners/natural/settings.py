@@ -1,12 +1,11 @@
 """The settings of NPG, DAPG and SOIL, with the pilot's and the published values."""
 
 import dataclasses
-import math
-import numbers
 from collections.abc import Mapping
 from typing import Any
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import is_number, is_whole
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -75,27 +74,27 @@ class NaturalSettings:
         """Refuses settings that cannot work."""
         for name in ("trajectories", "length", "cg_iterations", "value_batch", "inverse_batches",
                      "value_epochs", "inverse_epochs", "warm_epochs"):  # fmt: skip
-            self._require(name, _whole(getattr(self, name), 1), "a whole number, 1 or more")
-        self._require("warm_batches", _whole(self.warm_batches, 0), "a whole number, 0 or more")
+            self._require(name, is_whole(getattr(self, name), 1), "a whole number, 1 or more")
+        self._require("warm_batches", is_whole(self.warm_batches, 0), "a whole number, 0 or more")
         for name in ("step_size", "value_rate", "inverse_rate", "carried_noise"):
             value = getattr(self, name)
-            self._require(name, _number(value) and value > 0, "a number above 0")
+            self._require(name, is_number(value) and value > 0, "a number above 0")
         step = self.noise_step_size
-        held = step is None or (_number(step) and step > 0)
+        held = step is None or (is_number(step) and step > 0)
         self._require("noise_step_size", held, "a number above 0, or None")
         for name in ("gamma", "gae", "imitation_decay"):
             value = getattr(self, name)
-            self._require(name, _number(value) and 0 <= value <= 1, "a number in [0, 1]")
+            self._require(name, is_number(value) and 0 <= value <= 1, "a number in [0, 1]")
         for name in ("damping", "imitation_weight"):
             value = getattr(self, name)
-            self._require(name, _number(value) and value >= 0, "a number, 0 or more")
+            self._require(name, is_number(value) and value >= 0, "a number, 0 or more")
         for name in ("hidden", "value_hidden", "inverse_hidden"):
             widths = getattr(self, name)
-            fits = isinstance(widths, tuple | list) and all(_whole(w, 1) for w in widths)
+            fits = isinstance(widths, tuple | list) and all(is_whole(w, 1) for w in widths)
             self._require(name, fits and len(widths) > 0, "one or more positive widths")
         for name in ("bootstrap", "value_beta"):
             self._require(name, isinstance(getattr(self, name), bool), "True or False")
-        within = _number(self.log_std_start) and _number(self.log_std_floor)
+        within = is_number(self.log_std_start) and is_number(self.log_std_floor)
         within = within and -20 <= self.log_std_floor <= self.log_std_start <= 2
         self._require("log_std_start", within, f"from log_std_floor = {self.log_std_floor} to 2")
 
@@ -127,18 +126,6 @@ class NaturalSettings:
 
 
 _LATER = ("carried_noise", "noise_step_size")
-
-
-def _number(value: Any) -> bool:
-    """Says whether a value is a finite number, and not True or False."""
-    return (isinstance(value, numbers.Real) and not isinstance(value, bool)
-            and math.isfinite(value))  # fmt: skip
-
-
-def _whole(value: Any, least: int) -> bool:
-    """Says whether a value is a whole number of at least this."""
-    whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
-    return whole and int(value) >= least
 
 
 PILOT = NaturalSettings()
