@@ -418,10 +418,11 @@ def test_the_command_of_a_plan_gives_the_plan_again():
     from revolver_lab.commands.parser import make_parser
     from revolver_lab.commands.training import _plan
 
-    plan = Plan(robot=ROBOT, methods=["direct", "revolver-h1"], seeds=[0, 3])
-    words = plan.command.split()
-    assert _plan(make_parser("", "").parse_args(words[1:]))[0].name == plan.name
-    for change in ({"expert": "0" * 64}, {"evaluate_every": 0}, {"task": "dense"}):
+    for task in (None, "dense"):
+        plan = Plan(robot=ROBOT, methods=["direct", "revolver-h1"], seeds=[0, 3], task=task)
+        words = plan.command.split()
+        assert _plan(make_parser("", "").parse_args(words[1:]))[0].name == plan.name
+    for change in ({"expert": "0" * 64}, {"evaluate_every": 0}):
         assert "--plan" in dataclasses.replace(plan, **change).command
     assert "--plan" in tiny_plan().command
 
