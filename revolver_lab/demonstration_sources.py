@@ -44,6 +44,7 @@ def record(
     from revolver_lab.envs.vector import make_vec_env
 
     require("policy", policy, Policy, "Pass rvl.load_expert(name), or Policy.load(path).")
+    require("success", success, (Success, type(None)), "Success() keeps those of the task's goal.")
     seed = seed_of(seed)
     episodes = count_of("episodes", episodes, 1, "Ask for 10.")
     n = min(episodes, _SIDE_BY_SIDE)
@@ -85,9 +86,12 @@ def from_minari(dataset: Any, episodes: Sequence[int] | None = None) -> Demonstr
         MissingExtraError: If Minari is not installed.
         DemonstrationsError: If there is no such dataset, or its spaces are no boxes of vectors.
     """
-    origin = dataset if isinstance(dataset, str) else dataset.spec.dataset_id
     if isinstance(dataset, str):
         dataset = _load(dataset)
+    if not hasattr(dataset, "iterate_episodes"):
+        raise DemonstrationsError(f"a {type(dataset).__name__}", "a MinariDataset, or its name",
+                                  "Try 'D4RL/door/human-v2'.")  # fmt: skip
+    origin = dataset.spec.dataset_id
     kept = [_read(episode) for episode in dataset.iterate_episodes(episodes)]
     if not kept:
         raise refusal(f"the dataset {origin!r} without episodes")

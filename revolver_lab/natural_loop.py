@@ -64,6 +64,9 @@ class NaturalTransfer:
         require("expert", expert, (Policy, type(None)), "Pass rvl.load_expert(name).")
         require("gate", gate, Gate, "Pass SampledGate(), or leave it out.")
         require("settings", settings, NaturalSettings, "Pass NaturalSettings(), or leave it out.")
+        require("demonstrations", demonstrations, (Demonstrations, type(None)),
+                "Pass Demonstrations.load(path).")  # fmt: skip
+        require("success", success, (Success, type(None)), "Pass Success(...), or leave it out.")
         seed = seed_of(seed)
         if steps is not None:
             steps = count_of("steps", steps, 1, "Try 1_000_000; None waits for the gate.")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import count_of, is_number
 
 if TYPE_CHECKING:
     from revolver_lab.envs.vector import RobotVectorEnv
@@ -99,6 +100,14 @@ class Success:
 
     goal_steps: int | None = None
     least_return: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuses what is no number."""
+        if self.goal_steps is not None:
+            count_of("goal_steps", self.goal_steps, 0, "Leave it out: the task has its own.")
+        if self.least_return is not None and not is_number(self.least_return):
+            raise SettingsError(f"least_return = {self.least_return!r}", "a finite number, or None",
+                                "Half of what the expert returns is a start.")  # fmt: skip
 
     def __call__(self, env: "RobotVectorEnv", played: Trajectories) -> np.ndarray:
         """Returns which trajectories succeeded, (n,) bool."""

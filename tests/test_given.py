@@ -5,13 +5,14 @@ import pytest
 from natural_puck import EXPERT, Reach, puck
 
 import revolver_lab as rvl
-from revolver_lab.demonstration_sources import record
-from revolver_lab.errors import SettingsError
+from revolver_lab.demonstration_sources import from_minari, record
+from revolver_lab.errors import DemonstrationsError, SettingsError
 from revolver_lab.lab.encoders import MOVIES, check_path
 from revolver_lab.learners.natural.settings import NaturalSettings
 from revolver_lab.logs import write_table
 from revolver_lab.natural_transfer import natural_transfer
 from revolver_lab.policies import Policy
+from revolver_lab.trajectories import Success
 
 SMALL = NaturalSettings(trajectories=4, length=20, hidden=(4,), value_hidden=(8,))
 CHEETAH = "cheetah-front-leg"
@@ -67,6 +68,13 @@ def test_a_number_of_things_that_is_none_is_refused_by_all(ask, name, count):
         (transfer, {"schedule": "fast"}, "schedule = 'fast'.*Schedule or a Method or None"),
         (transfer, {"learner": {}}, "learner = {}.*a LearnerSettings"),
         (natural, {"expert": 3}, "expert = 3"),
+        (natural, {"demonstrations": "x.npz", "algorithm": "DAPG"}, "demonstrations = 'x.npz'"),
+        (natural, {"success": 0.9}, "success = 0.9.*a Success"),
+        (natural, {"evolve": None}, "robot = None.*a str or a Evolution"),
+        (natural, {"task": Reach}, "a Task, ready made"),
+        (natural, {"nthread": -1}, "nthread = -1"),
+        (recorded, {"success": True}, "success = True"),
+        (vector, {"nthread": "all"}, "nthread = 'all'"),
         (natural, {"gate": "pilot"}, "gate = 'pilot'.*a Gate"),
         (natural, {"settings": {}}, "settings = {}.*a NaturalSettings"),
         (evaluated, {"policy": None}, "policy = None.*Policy.load"),
@@ -123,3 +131,18 @@ def test_decimals_are_no_ending_and_a_policy_is_not_its_card(tmp_path):
     with pytest.raises(SettingsError, match=r"\.json"):
         EXPERT.save(tmp_path / "walk.json")
     assert Policy.load(tmp_path / "walk.safetensors").action_size == EXPERT.action_size
+
+
+@pytest.mark.parametrize(
+    "settings", [{"goal_steps": -1}, {"goal_steps": 2.5}, {"goal_steps": "many"},
+                 {"least_return": "much"}, {"least_return": np.nan}, {"least_return": True}],
+)  # fmt: skip
+def test_a_success_that_no_trajectory_could_be_told_by_is_refused(settings):
+    with pytest.raises(SettingsError, match=next(iter(settings))):
+        Success(**settings)
+
+
+@pytest.mark.parametrize("dataset", [3, None, ["D4RL/door/human-v2"]])
+def test_what_is_no_minari_dataset_is_refused(dataset):
+    with pytest.raises(DemonstrationsError, match="a MinariDataset, or its name"):
+        from_minari(dataset)

@@ -195,7 +195,7 @@ def test_gymnasium_makes_it_by_id():
 @pytest.mark.parametrize(
     ("settings", "error", "text"),
     [
-        ({"n": 0}, SettingsError, "at least 1"),
+        ({"n": 0}, SettingsError, "1 or more"),
         ({"n": 2.0}, SettingsError, "whole number"),
         ({"n": 2, "alphas": [0.1, 0.2, 0.3]}, SettingsError, r"\(2,\)"),
         ({"n": 2, "alphas": [0.1, np.nan]}, AlphaError, "nan"),

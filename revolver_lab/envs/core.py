@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import require
 from revolver_lab.robots import registry
 from revolver_lab.tasks.base import State, Task
 
@@ -36,8 +37,11 @@ class Stage:
 
         Raises:
             UnknownNameError: If there is no such robot or reward.
-            SettingsError: If an unregistered evolution comes without a ``Task``.
+            SettingsError: If it is neither, or an unregistered one comes without a ``Task``.
         """
+        from revolver_lab.evolution.evolution import Evolution
+
+        require("robot", robot, (str, Evolution), "See rvl.names(), or pass rvl.Evolution(a, b).")
         name = robot if isinstance(robot, str) else robot.name
         registered = isinstance(robot, str) or name in registry.names()
         record = registry.get(name) if registered else None
@@ -48,10 +52,9 @@ class Stage:
             self.task = record.make_task(task)
         else:
             raise SettingsError(
-                f"task = {task!r} for {name!r}, which is not registered",
-                "a Task",
-                "Pass task=SpeedTrap() or a Task of your own.",
-            )
+                f"task = {task!r} for {name!r}, which is not registered", "a Task, ready made",
+                "Pass task=SpeedTrap(), or one of your own.",
+            )  # fmt: skip
         self.camera = record.camera if record is not None else -1
 
 

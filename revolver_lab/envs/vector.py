@@ -8,8 +8,7 @@ from gymnasium.vector import AutoresetMode
 
 from revolver_lab.envs.core import DrawAlpha, Stage
 from revolver_lab.envs.robot_vector import RobotVectorEnv
-from revolver_lab.errors import SettingsError
-from revolver_lab.given import seed_of
+from revolver_lab.given import count_of, seed_of
 
 if TYPE_CHECKING:
     from revolver_lab.evolution.evolution import Evolution
@@ -49,8 +48,8 @@ def make_vec_env(
         AlphaError: If an alpha is not in [0, 1].
         SettingsError: If n, the number of alphas or the mode cannot work.
     """
-    if not isinstance(n, int) or n < 1:
-        raise SettingsError(f"n = {n!r}", "a whole number of at least 1", "Ask for one or more.")
+    n = count_of("n", n, 1, "Ask for one or more.")
+    nthread = count_of("nthread", nthread, 0, "0 is one for each CPU.")
     if seed is not None and not isinstance(seed, Sequence | np.ndarray):
         seed = seed_of(seed)
     return RobotVectorEnv(

@@ -244,6 +244,6 @@ def checked_alpha(alpha: float) -> float:
     except (TypeError, ValueError):
         value = math.nan
     if isinstance(alpha, str) or not 0.0 <= value <= 1.0:
-        given = alpha.item() if isinstance(alpha, np.number) else alpha
+        given = alpha.item() if isinstance(alpha, np.generic) else alpha
         raise AlphaError(f"alpha = {given!r}", "a number in [0, 1]", "Clip it before the call.")
     return value
