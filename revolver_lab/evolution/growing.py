@@ -94,9 +94,12 @@ class Grower:
         parent = self.host.body(self.twins["body"][body.parent.name])
         copy = copying.add_body(parent, body, self._new_name("body", "bodies", body.name))
         inner = body.parent.name not in self._matched
-        option = self.host.option
-        medium = option.density > 0 or option.viscosity > 0
-        shrinking.shrink_body(copy, self._model, body.name, inner=inner, medium=medium)
+        shrinking.shrink_body(copy, self._model, body.name, inner=inner, medium=self._medium)
+
+    @property
+    def _medium(self) -> bool:
+        """Whether the host moves in a fluid."""
+        return self.host.option.density > 0 or self.host.option.viscosity > 0
 
     def _add_joints(self, body: mujoco.MjsBody) -> None:
         """Add the joints of one body that have no twin, each after the twin of the one before."""
@@ -221,6 +224,8 @@ class Grower:
             joint = self.host.joint(name)
             shrinking.spell_out_spring(joint, self._model, self._donor_name("joint", name))
             joint.armature = 0.0
+            if self._before.body(joint.parent.name).mass == 0.0:  # MuJoCo moves none without
+                shrinking.weigh_next_to_nothing(joint.parent, medium=self._medium)
         model = self.host.compile()
         for name in self._held:
             dof = model.joint(name).dofadr[0]

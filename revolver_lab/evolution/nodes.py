@@ -34,12 +34,14 @@ class Node:
         joints: Joints between it and its parent, outermost first; a free joint is not among them.
         drives: One label for each actuator on the body itself or on its sites.
         place: Where it is at the reference pose, in the world, (3,) [m].
+        mocap: Whether nothing but its user moves it.
     """
 
     name: str = ""
     joints: tuple[Link, ...] = ()
     drives: tuple[str, ...] = ()
     place: tuple[float, ...] = (0.0, 0.0, 0.0)
+    mocap: bool = False
 
 
 @dataclass(frozen=True)

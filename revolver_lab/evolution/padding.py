@@ -10,6 +10,7 @@ from revolver_lab.evolution.growing import Grower, Twins
 from revolver_lab.evolution.matching import Matching
 from revolver_lab.evolution.naming import free_name
 from revolver_lab.evolution.rerooting import reroot
+from revolver_lab.evolution.touching import align_contacts
 
 _KINDS = {
     "body": "bodies",
@@ -64,8 +65,7 @@ def pad(source: mujoco.MjSpec, target: mujoco.MjSpec, matching: Matching) -> Pad
     twins, back = _twins(matching)
     if not moved and not _lacks(source, target, twins, back):
         same = source.copy(), target.copy()
-        _separate_meshes(*same, twins)
-        return Padded(source=same[0], target=same[1], pairs=_pairs(*same, twins))
+        return _finished(source, target, same, twins)
     for spec in (source, target):
         refuse_scaled_frames(spec)
     host, guest = canonical(source), canonical(target)
@@ -79,8 +79,18 @@ def pad(source: mujoco.MjSpec, target: mujoco.MjSpec, matching: Matching) -> Pad
     names = _joined(to_target, to_source)
     if matching.source_root != ours:
         grown = reroot(grown[0], ours), reroot(grown[1], names["body"][ours])
+    return _finished(source, target, grown, names)
+
+
+def _finished(
+    source: mujoco.MjSpec, target: mujoco.MjSpec, grown: tuple[mujoco.MjSpec, mujoco.MjSpec],
+    names: Twins,
+) -> Padded:  # fmt: skip
+    """Settle what two robots with the same bodies, joints and actuators share besides."""
     _separate_meshes(*grown, names)
-    return Padded(source=grown[0], target=grown[1], pairs=_pairs(*grown, names))
+    pairs = _pairs(*grown, names)
+    align_contacts(source, target, grown, pairs)
+    return Padded(source=grown[0], target=grown[1], pairs=pairs)
 
 
 def _floating_root(spec: mujoco.MjSpec) -> str:

@@ -63,13 +63,23 @@ def shrink_body(
     if inner:
         body.pos = np.array(body.pos) * EPSILON
     body.gravcomp = 0.0
-    body.explicitinertial = model.body_mass[i] > 0.0
-    if body.explicitinertial:
-        body.fullinertia = [np.nan, 0, 0, 0, 0, 0]
-        body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
-        body.mass = _TINY_MASS_IN_MEDIUM if medium else _TINY_MASS
-        body.inertia = [_TINY_INERTIA_IN_MEDIUM if medium else _TINY_INERTIA] * 3
+    if model.body_mass[i] > 0.0:  # otherwise it is as light as it is there
+        weigh_next_to_nothing(body, medium=medium)
         body.ipos, body.iquat = model.body_ipos[i] * EPSILON, model.body_iquat[i]
+
+
+def weigh_next_to_nothing(body: mujoco.MjsBody, *, medium: bool) -> None:
+    """Give a body the smallest inertia with which it can move.
+
+    Args:
+        body: A body, created or without a mass of its own.
+        medium: Whether the robot moves in a fluid with density or viscosity.
+    """
+    body.explicitinertial = True
+    body.fullinertia = [np.nan, 0, 0, 0, 0, 0]
+    body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+    body.mass = _TINY_MASS_IN_MEDIUM if medium else _TINY_MASS
+    body.inertia = [_TINY_INERTIA_IN_MEDIUM if medium else _TINY_INERTIA] * 3
 
 
 def shrink_joint(

@@ -43,6 +43,7 @@ class Skeleton:
                 joints=_links(body, data, on_joints),
                 drives=tuple(on_bodies.get(body.name, ())),
                 place=tuple(data.body(body.name).xpos) if i else (0.0, 0.0, 0.0),
+                mocap=bool(body.mocap),
             )
             for i, body in enumerate(spec.bodies)
         ]

@@ -109,6 +109,8 @@ class Matcher:
         if self._pins[0].get(u, v) != v or self._pins[1].get(v, u) != u:
             return IMPOSSIBLE
         a, b = self.trees[0].nodes[u], self.trees[1].nodes[v]
+        if a.mocap != b.mocap:  # there is nothing between
+            return IMPOSSIBLE
         unlike = 0.0
         if pu >= 0 and pv >= 0:
             above = self.trees[0].nodes[pu].place, self.trees[1].nodes[pv].place

@@ -1,0 +1,105 @@
+"""Geoms touch at each end as in the robot that is there, whatever excludes, pairs or welds say."""
+
+import mujoco
+import numpy as np
+import pytest
+
+import revolver_lab as rvl
+from revolver_lab.evolution.touching import mixed
+
+CHAIN = """<mujoco><option timestep="0.002"/><worldbody>
+<geom name="floor" type="plane" size="2 2 .1" pos="0 0 -.3"/>
+<body name="a"><joint name="j" axis="0 1 0" damping=".05"/><geom name="ga" size=".12"/>
+<body name="b" pos=".3 0 0">{joint}<geom name="gb" size=".05" friction=".4 .02 .001"/>
+<body name="c" pos="-.2 0 .08"><joint name="l" axis="0 1 0" damping=".05"/>
+<geom name="gc" size=".11" solref=".01 1" friction=".7 .01 .002" margin="{margin}"/>
+</body></body></body></worldbody><contact>{contact}</contact></mujoco>"""
+JOINT = "<joint name='k' axis='0 1 0' damping='.05'/>"
+EXCLUDED = "<exclude name='x' body1='a' body2='c'/>"
+GROUND = "<exclude name='g' body1='world' body2='c'/>"
+PAIR = ("<pair name='p' geom1='ga' geom2='gc' condim='3' friction='.2 .2 .01 .001 .001' "
+        "solref='.05 1'/>")  # fmt: skip
+
+
+def chain(contact="", joint=JOINT, margin=0):
+    return CHAIN.format(contact=contact, joint=joint, margin=margin)
+
+
+def end_poses(model, bodies, steps=400):
+    """Where bodies are after a while; they fall, and roll over each other."""
+    data = mujoco.MjData(model)
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+    return np.array([data.body(name).xpos for name in bodies])
+
+
+ENDS = {
+    "nothing": chain(),
+    "excluded": chain(EXCLUDED),
+    "grounded": chain(GROUND),
+    "paired": chain(PAIR),
+    "wide": chain(margin=0.01),
+    "wide and excluded": chain(EXCLUDED, margin=0.01),
+    "welded": chain(joint=""),
+    "welded and excluded": chain(EXCLUDED, joint=""),
+}
+
+
+@pytest.mark.parametrize("target", ENDS)
+@pytest.mark.parametrize("source", ENDS)
+def test_both_ends_touch_as_the_robots_there_do(source, target):
+    evolve = rvl.Evolution(ENDS[source], ENDS[target])
+    for alpha, text in ((0.0, ENDS[source]), (1.0, ENDS[target])):
+        alone = mujoco.MjModel.from_xml_string(text)
+        apart = end_poses(evolve.model(alpha), "abc") - end_poses(alone, "abc")
+        assert np.abs(apart).max() < 1e-6, alpha
+
+
+def test_the_chains_differ_in_what_touches():
+    poses = {name: end_poses(mujoco.MjModel.from_xml_string(text), "abc")
+             for name, text in ENDS.items()}  # fmt: skip
+    for name in ("excluded", "grounded", "paired", "welded"):
+        assert np.abs(poses[name] - poses["nothing"]).max() > 1e-2, name
+
+
+def test_between_the_ends_a_closing_pair_lets_in_as_much_as_is_left_of_the_way():
+    ball = """<mujoco><worldbody><geom name="floor" type="plane" size="2 2 .1"/>
+    <body name="ball" pos="0 0 .1"><joint name="z" type="slide" axis="0 0 1" damping="9"/>
+    <geom name="ball" size=".1"/></body></worldbody><contact>{}</contact></mujoco>"""
+    excluded = ball.format("<exclude name='x' body1='world' body2='ball'/>")
+    evolve = rvl.Evolution(excluded, ball.format(""))
+    for alpha in (0.9, 0.95, 0.99, 1.0):
+        model = evolve.model(alpha)
+        data = mujoco.MjData(model)
+        for _ in range(5000):
+            mujoco.mj_step(model, data)
+        assert data.qpos[0] == pytest.approx(-10 * (1 - alpha), abs=0.01)
+
+
+def test_a_pair_says_what_mujoco_would_have_found():
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        geoms = "".join(
+            f"<body name='{name}' pos='{x} 0 0'><freejoint/><geom name='{name}' size='.2' "
+            f"condim='{rng.choice([1, 3, 4, 6])}' priority='{rng.integers(2)}' "
+            f"solmix='{rng.choice([0, 0.5, 1, 3])}' friction='{rng.uniform(0.1, 2):.3f} .02 .003' "
+            f"solref='{rng.choice(['.02 1', '.05 .7', '-900 -20'])}' "
+            f"solimp='{rng.uniform(0.5, 0.9):.3f} .95 .002' "
+            f"margin='{rng.uniform(0, 0.05):.3f}' gap='{rng.uniform(0, 0.02):.3f}'/></body>"
+            for name, x in (("a", 0), ("b", 0.3))
+        )
+        model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{geoms}</worldbody></mujoco>")
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        contact, told = data.contact[0], mixed(model, "a", "b")
+        assert contact.dim == told["condim"]
+        assert np.allclose(contact.friction, told["friction"])
+        assert np.allclose(contact.solref, told["solref"])
+        assert np.allclose(contact.solimp, told["solimp"])
+        assert np.isclose(contact.includemargin, told["margin"])
+
+
+def test_robots_that_touch_alike_get_no_pairs():
+    for text in ENDS.values():
+        alone = mujoco.MjModel.from_xml_string(text)
+        assert rvl.Evolution(text, text.replace(".12", ".1")).model(0.0).npair == alone.npair
