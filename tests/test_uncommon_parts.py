@@ -116,6 +116,15 @@ PARTS = {
         scene="<body name='m' mocap='true' pos='1 0 .5'><geom name='m' size='.05' contype='0'"
         " conaffinity='0'/></body>"
     ),
+    "a link that a hand guides": robot(
+        scene="<body name='m' mocap='true' pos='.5 0 1.3'><geom name='m' size='.05' contype='0'"
+        " conaffinity='0'/></body>",
+        rest="<equality><weld name='c' body1='m' body2='f2' solref='.02 1'/></equality>",
+    ),
+    "a frame without mass": robot(
+        tip=link("", inertial="<inertial pos='.01 0 0' mass='0' diaginertia='0 0 0'/>"
+                 "<site name='s3'/>")
+    ),
     "a landscape": robot(
         scene="<geom name='h' type='hfield' hfield='h' pos='3 0 0'/>",
         head="<asset><hfield name='h' nrow='2' ncol='2' size='1 1 .1 .1' elevation='0 1 1 0'/>"
@@ -163,3 +172,32 @@ def test_the_way_back_is_the_same_way(evolve, request):
     assert back.model(0).nq == evolve.model(1).nq
     alone = read_robot(WITHOUT).compile()
     assert apart(alone, back.model(1), STEPS, ground=True).max() < 1e-4
+
+
+STILL = {
+    "a mass and no inertia": "<inertial pos='0 0 0' mass='.01' diaginertia='0 0 0'/>",
+    "neither": "<inertial pos='0 0 0' mass='0' diaginertia='0 0 0'/>",
+    "no inertial": "<site name='s3'/>",
+}
+
+
+@pytest.mark.parametrize("still", STILL)
+def test_what_stood_still_without_inertia_can_learn_to_turn(still):
+    stiff = robot(tip=link("", inertial=STILL[still]))
+    moving = robot(tip=link("<joint name='f3' axis='0 1 0' damping='.01'/>"))
+    there = rvl.Evolution(stiff, moving)
+    back = rvl.Evolution(moving, stiff)
+    for evolve, alpha in ((there, 0.0), (back, 1.0)):
+        alone = mujoco.MjModel.from_xml_string(stiff)
+        assert apart(alone, evolve.model(alpha), STEPS, ground=True).max() < 1e-4
+    shaken(there.model(0.5))
+
+
+def test_what_a_user_moves_becomes_nothing_else():
+    guided = robot(scene="<body name='m' mocap='true' pos='1 0 .5'/>")
+    for inside in ("", "<joint name='m'/><geom name='m' size='.1'/>"):
+        body = f"<body name='m' pos='1 0 .5'>{inside}</body>"
+        evolve = rvl.Evolution(guided, robot(scene=body))
+        assert {pair for pair in evolve.matching.bodies if "m" in pair} == {("m", None),
+                                                                           (None, "m")}  # fmt: skip
+        assert evolve.model(0.0).nmocap == evolve.model(1.0).nmocap == 1

@@ -7,6 +7,7 @@ import numpy as np
 
 from revolver_lab.errors import ParameterError
 from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
+from revolver_lab.evolution.inertias import state_inertia, stop_inferring
 
 
 def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
@@ -165,14 +166,14 @@ def _align_inertias(
             continue
         stated = _states_inertia(a, source), _states_inertia(b, target)
         if differ or any(stated) or a.name in mixed:
-            _state_inertia(a, models[0])
-            _state_inertia(b, models[1])
+            state_inertia(a, models[0])
+            state_inertia(b, models[1])
     for a, b in _paired(source, target, pairs, "geom"):
         if a.parent.name in mixed:
             a.mass = b.mass = np.nan
     if differ:
-        _stop_inferring(source.compiler)
-        _stop_inferring(target.compiler)
+        stop_inferring(source)
+        stop_inferring(target)
 
 
 def _mixed_masses(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> set[str]:
@@ -182,22 +183,3 @@ def _mixed_masses(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) ->
         for a, b in _paired(source, target, pairs, "geom")
         if np.isnan(a.mass) != np.isnan(b.mass) or a.type != b.type
     }
-
-
-def _state_inertia(body: Element, model: mujoco.MjModel) -> None:
-    """Write down the inertia that the compiler found for a body."""
-    i = body.id
-    if model.body_mass[i] <= 0.0:
-        return
-    body.explicitinertial = True
-    body.fullinertia = [np.nan, 0, 0, 0, 0, 0]
-    body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
-    for attribute in ("mass", "ipos", "iquat", "inertia"):
-        setattr(body, attribute, getattr(model, f"body_{attribute}")[i])
-
-
-def _stop_inferring(compiler: Element) -> None:
-    """Let the stated inertias stand as they are."""
-    compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
-    compiler.settotalmass, compiler.balanceinertia = -1.0, False
-    compiler.boundmass, compiler.boundinertia = 0.0, 0.0

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-from revolver_lab.evolution import copying, shrinking
+from revolver_lab.evolution import copying, inertias, shrinking
 from revolver_lab.evolution.contacts import excuse_contacts
 from revolver_lab.evolution.keyframes import extend_keyframes
 from revolver_lab.evolution.naming import free_name
@@ -85,7 +85,9 @@ class Grower:
         grows = len(self.donor.bodies) > len(self._matched)
         if not (grows and (from_geoms or bounds)):
             return
-        shrinking.state_inertias(self.host, self._before)
+        for body in self.host.bodies[1:]:
+            inertias.state_inertia(body, self._before)
+        inertias.stop_inferring(self.host)
 
     def _add_body(self, body: mujoco.MjsBody) -> None:
         """Add one body, unless it has a twin."""
@@ -94,12 +96,9 @@ class Grower:
         parent = self.host.body(self.twins["body"][body.parent.name])
         copy = copying.add_body(parent, body, self._new_name("body", "bodies", body.name))
         inner = body.parent.name not in self._matched
-        shrinking.shrink_body(copy, self._model, body.name, inner=inner, medium=self._medium)
-
-    @property
-    def _medium(self) -> bool:
-        """Whether the host moves in a fluid."""
-        return self.host.option.density > 0 or self.host.option.viscosity > 0
+        option = self.host.option
+        medium = option.density > 0 or option.viscosity > 0
+        shrinking.shrink_body(copy, self._model, body.name, inner=inner, medium=medium)
 
     def _add_joints(self, body: mujoco.MjsBody) -> None:
         """Add the joints of one body that have no twin, each after the twin of the one before."""
@@ -187,7 +186,8 @@ class Grower:
         for equality in self._lone("equality", "equalities"):
             name = self._new_name("equality", "equalities", equality.name)
             copy = copying.add_equality(self.host, equality, name, self._rename)
-            shrinking.shrink_equality(copy, anchored=equality.name1 not in self._matched)
+            shrinking.shrink_equality(copy, anchored=equality.name1 not in self._matched,
+                                      apart=self._is_apart(equality))  # fmt: skip
         self._add_contacts()
         for sensor in self._lone("sensor", "sensors"):
             name = free_name(sensor.name, {s.name for s in self.host.sensors})
@@ -211,6 +211,20 @@ class Grower:
                 name = self._new_name(kind, plural, contact.name)
                 copying.add_contact(self.host, plural, contact, name, self._rename)
 
+    def _is_apart(self, equality: mujoco.MjsEquality) -> bool:
+        """Whether a constraint ties together what hangs on different bodies of the host."""
+        if equality.objtype == mujoco.mjtObj.mjOBJ_SITE:  # which need not come together
+            return True
+        if equality.type not in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
+            return False
+        carriers = set()
+        for name in (equality.name1, equality.name2):
+            body = self.donor.body(name or "world")
+            while body.name not in self._matched:
+                body = body.parent
+            carriers.add(body.name)
+        return len(carriers) > 1
+
     def _created(self, kind: str) -> set[str]:
         """Names, in the donor, of created geoms."""
         ours = set(self._geoms)
@@ -224,8 +238,7 @@ class Grower:
             joint = self.host.joint(name)
             shrinking.spell_out_spring(joint, self._model, self._donor_name("joint", name))
             joint.armature = 0.0
-            if self._before.body(joint.parent.name).mass == 0.0:  # MuJoCo moves none without
-                shrinking.weigh_next_to_nothing(joint.parent, medium=self._medium)
+            inertias.let_move(joint.parent, self._before)
         model = self.host.compile()
         for name in self._held:
             dof = model.joint(name).dofadr[0]

@@ -5,6 +5,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from revolver_lab.evolution.inertias import TINY_INERTIA, TINY_MASS, stated
+
 EPSILON = 1e-3
 """Factor of every created length.
 
@@ -26,7 +28,7 @@ WEAK = 1e-6
 """Factor of the gear of every created actuator, and of the pull of every created tendon."""
 
 SLOW = 1e4
-"""Factor of the time constant of a created constraint between sites that are apart."""
+"""Factor of the time constant of a created constraint between bodies that are apart."""
 
 HOLD = 1e4
 """Times a joint's own inertia that holds a joint created where the bodies are welded.
@@ -39,7 +41,6 @@ Measured on an Ant with one more hinge at a hip: differences in qpos after 10 / 
 # MuJoCo refuses moving bodies below 1e-15. In air a robot of grams must not feel the rest of one
 # of tons. In a medium the drag follows the size that mass and inertia imply: 0.8 mm here.
 _FACTOR = 1e-12
-_TINY_MASS, _TINY_INERTIA = 1e-13, 1e-14
 _TINY_MASS_IN_MEDIUM, _TINY_INERTIA_IN_MEDIUM = 2e-8, 2e-15
 _RK4 = mujoco.mjtIntegrator.mjINT_RK4
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE
@@ -64,22 +65,10 @@ def shrink_body(
         body.pos = np.array(body.pos) * EPSILON
     body.gravcomp = 0.0
     if model.body_mass[i] > 0.0:  # otherwise it is as light as it is there
-        weigh_next_to_nothing(body, medium=medium)
+        stated(body)
+        body.mass = _TINY_MASS_IN_MEDIUM if medium else TINY_MASS
+        body.inertia = [_TINY_INERTIA_IN_MEDIUM if medium else TINY_INERTIA] * 3
         body.ipos, body.iquat = model.body_ipos[i] * EPSILON, model.body_iquat[i]
-
-
-def weigh_next_to_nothing(body: mujoco.MjsBody, *, medium: bool) -> None:
-    """Give a body the smallest inertia with which it can move.
-
-    Args:
-        body: A body, created or without a mass of its own.
-        medium: Whether the robot moves in a fluid with density or viscosity.
-    """
-    body.explicitinertial = True
-    body.fullinertia = [np.nan, 0, 0, 0, 0, 0]
-    body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
-    body.mass = _TINY_MASS_IN_MEDIUM if medium else _TINY_MASS
-    body.inertia = [_TINY_INERTIA_IN_MEDIUM if medium else _TINY_INERTIA] * 3
 
 
 def shrink_joint(
@@ -209,35 +198,21 @@ def shrink_tendon(tendon: mujoco.MjsTendon) -> None:
         tendon.range = [low - room, high + room]
 
 
-def shrink_equality(equality: mujoco.MjsEquality, *, anchored: bool) -> None:
-    """Let a created equality constraint hold with almost no force."""
+def shrink_equality(equality: mujoco.MjsEquality, *, anchored: bool, apart: bool) -> None:
+    """Let a created equality constraint hold with almost no force.
+
+    Args:
+        equality: The copy.
+        anchored: Whether the body that it is told in is created too.
+        apart: Whether what it ties together hangs on different bodies of the robot, which it
+            would pull at even at zero size. MuJoCo divides the stiffness by the square of the
+            impedance: what pulls has to be slow as well.
+    """
     equality.solimp = [1e-4, 1e-4, 1e-3, 0.5, 2.0]
     if anchored and equality.type in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
         data = np.array(equality.data)
         data[:6] *= EPSILON
         equality.data = data
-    if equality.objtype == mujoco.mjtObj.mjOBJ_SITE:
-        # Two sites need not come together at zero size: what pulls them has to be slow as well.
+    if apart:
         solref = np.array(equality.solref)
         equality.solref = solref * ([SLOW, 1.0] if solref[0] > 0.0 else WEAK)
-
-
-def state_inertias(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
-    """Write down every inertia that the compiler found, and let it stand as it is.
-
-    Args:
-        spec: A robot, changed in place.
-        model: The same robot, compiled.
-    """
-    for body in spec.bodies[1:]:
-        i = model.body(body.name).id
-        if model.body_mass[i] > 0.0:
-            body.explicitinertial = True
-            body.fullinertia = [np.nan, 0, 0, 0, 0, 0]
-            body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
-            for attribute in ("mass", "ipos", "iquat", "inertia"):
-                setattr(body, attribute, getattr(model, f"body_{attribute}")[i])
-    compiler = spec.compiler
-    compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
-    compiler.settotalmass, compiler.balanceinertia = -1.0, False
-    compiler.boundmass = compiler.boundinertia = 0.0
