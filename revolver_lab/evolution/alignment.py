@@ -22,6 +22,8 @@ def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
         pairs: For each kind of element, (name in source, name in target); "wrap" is added.
     """
     models = source.compile(), target.compile()
+    if models[1].narena > models[0].narena:  # one memory for the whole path
+        source.memory = int(models[1].narena)
     pairs["wrap"] = _paired_wraps(source, target, pairs)
     for kind in ("geom", "site"):
         for a, b in _paired(source, target, pairs, kind):

@@ -24,7 +24,7 @@ def excuse_contacts(host: mujoco.MjSpec, before: mujoco.MjModel, created: list[s
         return
     model = host.compile()
     data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    mujoco.mj_kinematics(model, data)  # contacts would be many, and are not asked for
     old = {before.geom(i).name for i in range(before.ngeom)}
     robot = [i for i in range(model.ngeom) if model.geom(i).name in old and _collides(model, i)]
     thickest = max((_half_thickness(model, i) for i in robot), default=0.0)
