@@ -309,3 +309,16 @@ def test_pins_that_are_no_mapping_are_refused(pins):
     spec = read_robot("<mujoco><worldbody><body name='a'/></worldbody></mujoco>")
     with pytest.raises(MatchingError, match="a mapping"):
         match(spec, spec, pins=pins)
+
+
+def test_the_drawing_says_what_becomes_of_the_scene():
+    robot = "<mujoco><worldbody>{}<body name='a'><joint name='j'/><geom size='.1'/></body>"
+    robot += "</worldbody></mujoco>"
+    wall, ball = "<geom name='wall' type='box' size='1 1 1'/>", "<geom name='ball' size='.1'/>"
+    found = matched(robot.format(wall), robot.format(ball))
+    assert found.scenery == (("wall", None), (None, "ball"))
+    assert str(found).splitlines() == [
+        "source   target   (+ is created; 0 nodes in all)", "a        a",
+        "= wall of the scene stays", "- ball of the target's scene is left out",
+    ]  # fmt: skip
+    assert matched(robot.format(wall), robot.format(wall)).scenery == ()

@@ -34,6 +34,8 @@ class Matching:
         pairs: Explicit contact pairs.
         excludes: Excluded contacts.
         meshes: Meshes of paired geoms.
+        scenery: The world's geoms that only one robot has: the source's are there at every
+            alpha, the target's at none.
         source_root: Body at which a floating source is rooted as the target is; "" if fixed.
         target_root: The same of the target.
         created: Bodies, joints and actuators created on either side.
@@ -52,6 +54,7 @@ class Matching:
     pairs: Names
     excludes: Names
     meshes: Names
+    scenery: Names
     source_root: str
     target_root: str
     created: int
@@ -65,7 +68,7 @@ class Matching:
     def _lines(self) -> list[str]:
         """One line for each body: in the source, in the target, and its joints."""
         rows = self._rows()
-        width = max((len(left) for left, _ in rows), default=0) + 3
+        width = max(len("source"), *(len(left) for left, _ in rows)) + 3
         head = f"{'source':<{width}}target   (+ is created; {self.created} nodes in all)"
         joints = [f"+ joint {a or b} in the {'target' if a else 'source'}"
                   for a, b in self.joints if a is None or b is None]  # fmt: skip
@@ -75,7 +78,9 @@ class Matching:
         if self.target_root and self.target_levels[0][0] != self.target_root:
             roots = [f"rooted alike at {self.source_root} and {self.target_root}"]
         body = [f"{left:<{width}}{right}" for left, right in rows]
-        return [head, *body, *roots, *joints, *actuators]
+        scene = [f"= {a} of the scene stays" if a else f"- {b} of the target's scene is left out"
+                 for a, b in self.scenery]  # fmt: skip
+        return [head, *body, *roots, *joints, *actuators, *scene]
 
     def _rows(self) -> list[tuple[str, str]]:
         """Indented names: the source's tree, and under each body what only the target has there."""

@@ -39,7 +39,7 @@ def match_elements(
     driven = _driven_sites(source), _driven_sites(target)
     add("geoms", "geom", _geom_key(shapes[0], twins), _geom_key(shapes[1], None))
     add("sites", "site", _site_key(driven[0], twins), _site_key(driven[1], None))
-    found["geoms"] = _without_lone_scenery(source, target, found["geoms"])
+    found["geoms"], found["scenery"] = _without_lone_scenery(source, target, found["geoms"])
     add("tendons", "tendon", lambda e: _path(e, twins), lambda e: _path(e, None))
     add("actuators", "actuator", lambda e: _drive(e, twins), lambda e: _drive(e, None))
     for plural, key in (("equalities", _equality), ("pairs", _contact), ("excludes", _exclude)):
@@ -119,10 +119,13 @@ def _mesh_shapes(spec: mujoco.MjSpec) -> dict[str, Hashable]:
     return shapes
 
 
-def _without_lone_scenery(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Names) -> Names:
-    """Leave out the world's geoms that only one robot has: the scene is the source's."""
+def _without_lone_scenery(
+    source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Names
+) -> tuple[Names, Names]:
+    """Part the world's geoms that only one robot has from the others: the scene is the source's."""
     world = [{geom.name for geom in spec.worldbody.geoms} for spec in (source, target)]
-    return tuple(p for p in pairs if None not in p or not (p[0] in world[0] or p[1] in world[1]))
+    lone = tuple(p for p in pairs if None in p and (p[0] in world[0] or p[1] in world[1]))
+    return tuple(p for p in pairs if p not in lone), lone
 
 
 def _path(tendon: object, twins: dict[str, _Twins] | None) -> Hashable:
