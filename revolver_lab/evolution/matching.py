@@ -160,8 +160,11 @@ def _check_bases(skeletons: tuple[Skeleton, Skeleton]) -> None:
     floats = [bool(skeleton.tree.free) for skeleton in skeletons]
     if floats[0] != floats[1]:
         names = ["floats", "is welded to the world, or slides on it"]
+        tree = skeletons[floats[1]].tree
+        free = ", ".join(tree.nodes[body].name for body in sorted(tree.free))
         raise MatchingError(
-            f"the source {names[not floats[0]]} and the target {names[not floats[1]]}",
+            f"the source {names[not floats[0]]} and the target {names[not floats[1]]} "
+            f"(floating: {free})",
             "two robots with a free joint, or two without",
             "Add a <freejoint/> to the root of the one without, in place of any joints there (in a "
             "URDF, a joint of type floating from a link named world), or remove the other's.",
