@@ -114,7 +114,8 @@ def load_expert(name: str) -> Policy:
     path = _expert_file(name)
     if not path.is_file():
         shipped = sorted(p.stem for p in expert_folder().glob("*.safetensors"))
-        raise PolicyFileError(f"expert of {name!r}", f"one of {shipped}",
+        where = f", which is to be in {path}" if registry.get(name).expert else ""
+        raise PolicyFileError(f"expert of {name!r}{where}", f"one of {shipped}",
                               f"Train one: revolver-lab train-expert {name}.")  # fmt: skip
     return Policy.load(path)
 

@@ -10,7 +10,7 @@ from natural_puck import EXPERT
 
 import revolver_lab as rvl
 from revolver_lab import cli
-from revolver_lab.errors import RevolverError, SettingsError, UnknownNameError
+from revolver_lab.errors import PolicyFileError, RevolverError, SettingsError, UnknownNameError
 from revolver_lab.robots import own, register, registry
 from revolver_lab.runs import Plan, Run
 from revolver_lab.runs.sweep import sweep
@@ -134,6 +134,13 @@ def test_what_is_no_robot_is_refused_and_not_remembered(place, what, mine, tmp_p
         register(place)
     assert own.places() == []
     assert rvl.names() == [*registry.RECORDS]
+
+
+def test_an_expert_that_is_not_there_is_told_with_its_place(mine):
+    register(f"{mine}:MINE")
+    (mine.parent / "expert.safetensors").unlink()
+    with pytest.raises(PolicyFileError, match=r"my-puck.*expert\.safetensors"):
+        rvl.load_expert("my-puck")
 
 
 def test_two_files_cannot_have_one_name_and_ours_are_found_whatever_is_listed(mine, monkeypatch):
