@@ -116,6 +116,7 @@ def _explicit(spec: mujoco.MjSpec) -> dict[frozenset[str], Element]:
 def _pair(ends: list[End], names: list[Names], wanted: list[bool | None]) -> Names:
     """Let both robots have a pair for two geoms, open or closed as each wants it."""
     told = [_told(end, two) if want else None for end, two, want in zip(ends, names, wanted)]
+    deepest = max(_depth(end.grown.model, two) for end, two in zip(ends, names))
     made = []
     for end, two, here, there in zip(ends, names, told, reversed(told)):
         pair = end.own.get(frozenset(two))
@@ -125,7 +126,7 @@ def _pair(ends: list[End], names: list[Names], wanted: list[bool | None]) -> Nam
                                        geomname1=two[0], geomname2=two[1])  # fmt: skip
         _write(pair, here or there or {})
         if here is None:
-            pair.margin, pair.gap = -_depth(end.grown.model, two), 0.0
+            pair.margin, pair.gap = -deepest, 0.0
         made.append(pair.name)
     return made[0], made[1]
 
