@@ -15,6 +15,7 @@ from revolver_lab.runs.markdown import markdown
 from revolver_lab.runs.natural_summary import is_natural, natural_rows
 from revolver_lab.runs.recordings import recorded_kinds
 from revolver_lab.runs.results import read_results
+from revolver_lab.runs.sweep_file import read_sweep
 
 ROOT = Path(__file__).parent.parent
 FOLDERS = sorted(path.parent for path in asset_folder("results").glob(f"*/{store.CARD}"))
@@ -68,6 +69,15 @@ def test_the_pages_tables_of_natural_methods_are_what_is_recorded(robot):
     for title, results in recorded_kinds(robot):
         if is_natural(results):
             assert markdown(results) in (HAND if robot.startswith("adroit") else PAGE), title
+
+
+def test_the_campaigns_train_again_what_is_recorded_of_the_hand():
+    planned = {(plan.robot, plan.task, method, plan.steps)
+               for path in (ROOT / "docs" / "campaigns").glob("*.toml") for plan in read_sweep(path)
+               for method in plan.methods}  # fmt: skip
+    kept = {(plan.robot, plan.task, method, plan.steps) for plan in NATURAL
+            for method in plan.methods if plan.robot.startswith("adroit")}  # fmt: skip
+    assert kept <= planned
 
 
 def test_the_door_is_not_opened_after_one_jump_hardly_after_two_and_always_after_four():
