@@ -167,7 +167,8 @@ def train_expert(
     stages = RECIPES.get(name) if stages is None else stages
     if stages is None or not (stages or name in STARTS):
         raise SettingsError(f"no recipe for {robot.name!r}", f"{sorted(RECIPES)}",
-                            "Pass stages=(Stage(...), ...) of your own.")  # fmt: skip
+                            "Give it steps: revolver-lab train-expert NAME --steps 64000; or pass "
+                            "stages=(Stage(...), ...) of your own.")  # fmt: skip
     policies = [STARTS[name]()] if name in STARTS else []
     rows, done = [], sum(policy.card.steps for policy in policies)
     stay = Schedule(alpha_end=0.0, xi=0.0)

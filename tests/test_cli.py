@@ -20,6 +20,7 @@ from revolver_lab.demonstration_sources import record
 from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.errors import SettingsError
 from revolver_lab.policies import Policy
+from revolver_lab.robots import registry
 from revolver_lab.runs import Run
 from revolver_lab.runs.worker import main as work
 from revolver_lab.trajectories import Success
@@ -287,6 +288,20 @@ def test_an_interrupted_transfer_says_how_to_go_on(finished, tmp_path, capsys, m
 
 
 @pytest.mark.slow
+def test_an_expert_without_a_recipe_is_trained_for_so_many_steps(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(rvl, "train_expert", lambda name, **given: asked.append((name, given)))
+    words = ["train-expert", "ant-leg-emerge", "-o", str(tmp_path)]
+    assert cli.main([*words, "--steps", "5000"]) == 0
+    assert cli.main([*words, "--steps", "6000", "--task", "dense"]) == 0
+    assert cli.main(words) == 0
+    stages = [given["stages"] for _, given in asked]
+    assert [(s[0].task, s[0].steps) for s in stages[:2]] == [
+        (next(iter(registry.get("ant-leg-emerge").tasks)), 5000), ("dense", 6000)]  # fmt: skip
+    assert stages[2] is None
+    assert cli.main([*words, "--task", "dense"]) == 2
+
+
 def test_transfer_trains_one_learner_into_a_folder(tmp_path, capsys):
     words = ["transfer", NAME, "--method", "scratch", "--steps", "1600", "-o", str(tmp_path)]
     assert cli.main(words) == 0

@@ -81,7 +81,8 @@ def _pictures(command: Parser, example: str, width: int, height: int) -> None:
 def _train_expert(commands: Commands) -> None:
     """The command that trains an expert."""
     train = _add(commands, "train-expert", "training:train_expert",
-                 "train an expert on the source robot", "robot", "seed")  # fmt: skip
+                 "train an expert on the source robot, by its recipe, or for so many --steps",
+                 "robot", "seed", "steps", "task")  # fmt: skip
     train.add_argument("-o", "--out", required=True, help="folder for the policy and its card")
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import revolver_lab as rvl
 from revolver_lab.commands.parts import Arguments, policy_of, shown, training, wrote
 from revolver_lab.errors import SettingsError
+from revolver_lab.experts import Stage, course_learner
 from revolver_lab.methods import Member, method
 from revolver_lab.natural_log import Iteration
 from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod
@@ -15,6 +16,7 @@ from revolver_lab.natural_population import NaturalPopulation
 from revolver_lab.policies import Policy
 from revolver_lab.progress import ProgressLines, describe_iteration
 from revolver_lab.recorder import Progress
+from revolver_lab.robots import registry
 from revolver_lab.runs import Plan, Run, Status
 from revolver_lab.runs.run import PROCESSES, ROOT
 from revolver_lab.runs.store import CONFIG, read_plan
@@ -24,10 +26,16 @@ from revolver_lab.weights import digest
 
 def train_expert(arguments: Arguments) -> int:
     """Trains the expert of a robot."""
+    stages = None
+    if arguments.steps is not None:
+        task = arguments.task or next(iter(registry.get(arguments.name).tasks))
+        learner = course_learner(arguments.name)
+        stages = (Stage(task=task, steps=arguments.steps, learner=learner),)
+    elif arguments.task is not None:
+        raise SettingsError("--task without --steps", "--task with --steps", "Try --steps 64000.")
     with training():
-        rvl.train_expert(
-            arguments.name, seed=arguments.seed, out=arguments.out, progress=shown(arguments.name)
-        )
+        rvl.train_expert(arguments.name, seed=arguments.seed, out=arguments.out, stages=stages,
+                         progress=shown(arguments.name))  # fmt: skip
     return wrote(arguments.out)
 
 
