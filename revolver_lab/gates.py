@@ -98,7 +98,10 @@ class Gate:
 
     def to_json(self) -> dict[str, Any]:
         """Returns the gate as plain JSON values, its kind included."""
-        return {"gate": type(self).__name__, **dataclasses.asdict(self)}
+        plain = {"gate": type(self).__name__, **dataclasses.asdict(self)}
+        # Folders are named by a hash of this: what came later is told only where it is used.
+        later = ("confirm_episodes", "confirm") if not plain.get("confirm_episodes") else ()
+        return {name: value for name, value in plain.items() if name not in later}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -107,13 +110,16 @@ class SampledGate(Gate):
 
     alpha += l clip((min(average, last + slack) - low) / (high - low), 0, 1), where the average
     moves by `weight` of the last success (facts, section 8). At alpha = 1, once the average is
-    `high`, an evaluation has the last word.
+    `high`, an evaluation has the last word; who asks again and again is told yes by luck in the
+    end, so that a second one may have to confirm the first.
 
     Attributes:
         low: Success at or below which alpha stays.
         high: Success from which on alpha takes its largest step.
         weight: Of the last success in the average.
         slack: How far the average may be above the last success.
+        confirm_episodes: Episodes of the second evaluation; 0 takes the first at its word.
+        confirm: Success at which it confirms.
     """
 
     alpha_step: float = 0.03
@@ -122,12 +128,15 @@ class SampledGate(Gate):
     high: float = 0.8
     weight: float = 0.3
     slack: float = 0.1
+    confirm_episodes: int = 0
+    confirm: float = 0.95
 
     def __post_init__(self) -> None:
         """Refuses settings that cannot work."""
         super().__post_init__()
-        for name in ("low", "high", "slack"):
+        for name in ("low", "high", "slack", "confirm"):
             self._require(name, 0, 1)
+        self._require("confirm_episodes", 0, math.inf, whole=True)
         self._require("weight", 0, 1, least=False)
         if self.low >= self.high:
             raise SettingsError(f"low = {self.low} with high = {self.high}", "low < high",
@@ -147,8 +156,15 @@ class SampledGate(Gate):
         trust = (min(average, success + self.slack) - self.low) / (self.high - self.low)
         alpha = _onward(position.alpha, self._length(min(max(trust, 0.0), 1.0)))
         if position.alpha == 1.0 and average >= self.high and iterations % self.every == 0:
-            done = measure(1.0, self.finish_episodes) >= self.finish
+            done = self._content(measure)
         return Position(alpha=alpha, average=average, iterations=iterations, done=done)
+
+    def _content(self, measure: Measure) -> bool:
+        """Whether training may end."""
+        if measure(1.0, self.finish_episodes) < self.finish:
+            return False
+        again = self.confirm_episodes
+        return not again or measure(1.0, again) >= self.confirm
 
     def _length(self, trust: float) -> float:
         """Returns the step of alpha for a trust in [0, 1]."""

@@ -1,11 +1,12 @@
 """What a gated transfer leaves behind: a transfer's log, and its iterations and successes."""
 
 import dataclasses
-from collections.abc import Mapping
+import itertools
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from revolver_lab.logs import Evaluation, TransferLog, write_table
+from revolver_lab.logs import Evaluation, Phase, TransferLog, write_table
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -61,6 +62,24 @@ class Trial(Evaluation):
         """Reads a trial back."""
         read: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in value.items()}
         return cls(**read)
+
+
+def phases_of(iterations: Sequence[Iteration], trajectories: int) -> tuple[Phase, ...]:
+    """Returns the stretches of equal alpha.
+
+    Args:
+        iterations: What happened.
+        trajectories: Of an iteration.
+    """
+    phases: list[Phase] = []
+    for alpha, some in itertools.groupby(iterations, lambda i: i.alpha):
+        stretch = [*some]
+        phases.append(Phase(
+            phase=len(phases), alpha=alpha, episodes=trajectories * len(stretch),
+            steps=stretch[-1].steps, episode_return=stretch[-1].episode_return,
+            mean_beta=stretch[-1].mean_beta, kept=0, wall_time=stretch[-1].wall_time,
+        ))  # fmt: skip
+    return tuple(phases)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False, repr=False)

@@ -1,7 +1,6 @@
 """From E(0) to E(1) by natural policy gradient: iterations, and a gate that lets alpha on."""
 
 import dataclasses
-import itertools
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -15,8 +14,7 @@ from revolver_lab.gates import PILOT_GATE, Gate, Position
 from revolver_lab.given import count_of, require, seed_of
 from revolver_lab.learners.natural.algorithms import make_learner
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
-from revolver_lab.logs import Phase
-from revolver_lab.natural_log import Iteration, NaturalLog, Trial
+from revolver_lab.natural_log import Iteration, NaturalLog, Trial, phases_of
 from revolver_lab.policies import Policy
 from revolver_lab.trajectories import Success, sample
 
@@ -107,6 +105,11 @@ class NaturalTransfer:
     def rest(self) -> None:
         """Stops the clock, while others go on."""
         self._taken = self.seconds
+
+    @property
+    def resting(self) -> bool:
+        """Whether its clock is stopped: nothing more will happen to it."""
+        return self._taken is not None
 
     @property
     def over(self) -> bool:
@@ -207,25 +210,14 @@ class NaturalTransfer:
         }  # fmt: skip
         length = self.env.task.episode_steps
         return NaturalLog(
-            robot=name, phases=self._phases(), evaluations=at_target, steps=self.steps,
+            robot=name, phases=phases_of(self.iterations, self.env.num_envs),
+            evaluations=at_target, steps=self.steps,
             evaluation_steps=sum(len(trial.returns) for trial in self.trials) * length,
             wall_time=round(self.seconds, 3), failure=self.failure, seed=self.seed,
             reached_target=any(i.alpha == 1.0 for i in self.iterations), settings=settings,
             policy=self.learner.policy(card), iterations=tuple(self.iterations),
             trials=tuple(self.trials), finished=self.position.done,
         )  # fmt: skip
-
-    def _phases(self) -> tuple[Phase, ...]:
-        """Returns the stretches of equal alpha."""
-        phases, n = [], self.env.num_envs
-        for alpha, some in itertools.groupby(self.iterations, lambda i: i.alpha):
-            stretch = [*some]
-            phases.append(Phase(
-                phase=len(phases), alpha=alpha, episodes=n * len(stretch), steps=stretch[-1].steps,
-                episode_return=stretch[-1].episode_return, mean_beta=stretch[-1].mean_beta, kept=0,
-                wall_time=stretch[-1].wall_time,
-            ))  # fmt: skip
-        return tuple(phases)
 
     def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Returns all that `restore` needs: arrays by name, and plain values."""

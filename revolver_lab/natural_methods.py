@@ -96,6 +96,8 @@ def _learnt(name: str, **changes: object) -> NaturalMethod:
 
 
 _AT_TARGET = SampledGate(alpha_start=1.0)
+_QUIET_GATE = SampledGate(xi=0.02, low=0.3, high=0.7)
+_QUIET = dataclasses.replace(PILOT, carried_noise=0.5, noise_step_size=0.01, log_std_floor=-4.5)
 
 _ROWS = (
     NaturalMethod(name="npg-revolver"),
@@ -120,11 +122,13 @@ _ROWS = (
     NaturalMethod(name="gate-evaluated", gate=EvaluatedGate()),
     NaturalMethod(name="gate-evaluated-0.05", gate=EvaluatedGate(alpha_step=0.05)),
     _learnt("value-without-beta", value_beta=False),
+    # An end that has to be confirmed by 150 episodes more.
+    _gated("confirmed", confirm_episodes=150),
     # For a task that sampled actions spoil: half the noise, which then finds its own measure; a
     # narrower window, and a gate that asks for less.
-    NaturalMethod(name="quiet", gate=SampledGate(xi=0.02, low=0.3, high=0.7),
-                  settings=dataclasses.replace(PILOT, carried_noise=0.5, noise_step_size=0.01,
-                                               log_std_floor=-4.5)),
+    NaturalMethod(name="quiet", gate=_QUIET_GATE, settings=_QUIET),
+    NaturalMethod(name="quiet-confirmed", settings=_QUIET,
+                  gate=dataclasses.replace(_QUIET_GATE, confirm_episodes=150)),
 )  # fmt: skip
 
 NATURAL_METHODS: Mapping[str, NaturalMethod] = {row.name: row for row in _ROWS}

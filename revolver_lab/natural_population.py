@@ -101,13 +101,7 @@ class NaturalPopulation:
     @property
     def over(self) -> bool:
         """Whether every learner has come to its end."""
-        return len(self.loops) == len(self.members) and self._ended(self.loops[-1])
-
-    def _ended(self, loop: NaturalTransfer) -> bool:
-        """Whether a learner is done, its last evaluation included."""
-        played = loop.trials and loop.trials[-1].steps == loop.steps
-        return loop.over and (bool(played and len(loop.trials[-1].returns) == self._episodes)
-                              or not self._episodes)  # fmt: skip
+        return len(self.loops) == len(self.members) and self.loops[-1].resting
 
     def run(self, pause: Callable[[], bool] | None = None) -> bool:
         """Trains until all learners are done, or until asked to pause.
@@ -122,7 +116,7 @@ class NaturalPopulation:
             loop = self.loops[-1]
             if not loop.run(pause):
                 return False
-            if not self._ended(loop):
+            if self._episodes and not loop.resting:
                 loop.examine(1.0, self._episodes)
             loop.rest()
             if self.over:

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from natural_puck import EXPERT, LENGTH, Barren, Reach, puck
+from natural_puck import EXPERT, LENGTH, PUCK, Barren, Reach, puck
 
 from revolver_lab.errors import PolicyFileError, SettingsError
+from revolver_lab.evolution.evolution import Evolution
 from revolver_lab.gates import (
     PILOT_GATE,
     PUBLISHED_GATE,
@@ -20,7 +21,10 @@ from revolver_lab.gates import (
 )
 from revolver_lab.learners.natural.npg import NPG
 from revolver_lab.learners.natural.settings import NaturalSettings
+from revolver_lab.methods import Member
 from revolver_lab.natural_loop import NaturalTransfer
+from revolver_lab.natural_methods import NaturalMethod
+from revolver_lab.natural_population import NaturalPopulation
 from revolver_lab.natural_transfer import natural_transfer
 from revolver_lab.policies import Policy
 from revolver_lab.tasks.base import Task
@@ -76,6 +80,41 @@ def test_the_sampled_gate_ends_only_when_an_evaluation_agrees():
         position = gate.after(position, 0.9, measure)
     assert asked == [(1.0, 50), (1.0, 50)]
     assert position.iterations == 4
+
+
+def test_an_end_that_has_to_be_confirmed_takes_a_second_evaluation():
+    gate = SampledGate(every=1, finish=0.98, finish_episodes=50, confirm_episodes=150)
+    answers, asked = iter([0.96, 1.0, 0.94, 0.98, 0.96]), []
+
+    def measure(alpha, episodes):
+        asked.append((alpha, episodes))
+        return next(answers)
+
+    position, ends = Position(alpha=1.0, average=0.9), []
+    for _ in range(3):
+        position = gate.after(position, 0.9, measure)
+        ends.append(position.done)
+    assert ends == [False, False, True]
+    assert asked == [(1.0, 50), (1.0, 50), (1.0, 150), (1.0, 50), (1.0, 150)]
+    assert "confirm" not in SampledGate().to_json()  # recorded folders keep their names
+    assert gate_from_json(gate.to_json()) == gate
+
+
+def test_the_last_evaluation_is_a_fresh_one_whatever_the_gate_asked_for_before():
+    home = PUCK.format(mass=1, old=5, new=0.001, damping=1)
+    gate = SampledGate(alpha_start=1.0, every=1, finish=0.0, finish_episodes=7, high=0.01, low=0.0)
+    method = NaturalMethod(name="m", gate=gate, settings=TINY)
+    members = [Member(method=method, seed=seed) for seed in (0, 1)]
+    some = NaturalPopulation(Evolution(home, home), members, expert=EXPERT, steps=100_000,
+                             task=Reach(), evaluate_episodes=7)  # fmt: skip
+    assert some.run()
+    for log in some.results():
+        assert [len(trial.returns) for trial in log.trials[-2:]] == [7, 7]
+        assert log.finished
+        assert log.trials[-1].returns != log.trials[-2].returns
+    assert some.run()  # again does nothing
+    assert [len(log.trials) for log in some.results()] == [
+        len(loop.trials) for loop in some.loops]  # fmt: skip
 
 
 def test_the_published_gate_asks_every_five_iterations_and_moves_at_one_half():
