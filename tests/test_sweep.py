@@ -306,7 +306,20 @@ def start(root, *words):
     file.write_text(TOML)
     command = [sys.executable, "-m", "revolver_lab.cli", "sweep", str(file), "--root", str(root),
                "--jobs", "2", "--every", "0.3", *words]  # fmt: skip
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                            start_new_session=True)  # fmt: skip
+
+
+def all_gone(group, seconds=10.0):
+    """Whether all processes of a group end within a while."""
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
 
 
 def at_work(root):
@@ -331,6 +344,25 @@ def test_killed_workers_of_a_sweep_lose_no_run_and_double_none(peace, tmp_path):
         time.sleep(0.02)
     assert going.wait(5) == 0, going.stderr.read()
     assert len(killed) >= 2
+    (folder,) = tmp_path.glob("adroit-door-*")
+    assert files_of(folder) == files_of(peace.folder)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize("how", ["by Ctrl-C", "by its folder"])
+def test_a_sweep_that_is_stopped_ends_and_goes_on_from_there(how, jobs, peace, tmp_path):
+    going, until = start(tmp_path, "--jobs", jobs), time.monotonic() + 60
+    while not at_work(tmp_path) and time.monotonic() < until:
+        time.sleep(0.02)
+    if how == "by Ctrl-C":
+        os.killpg(going.pid, signal.SIGINT)
+    else:
+        Run.open(next(tmp_path.glob("adroit-door-*"))).stop(patience=0.0)
+    assert going.wait(30) == 2
+    assert "stopped" in going.stderr.read()
+    assert all_gone(going.pid)  # nobody is left behind
+    assert start(tmp_path).wait(240) == 0
     (folder,) = tmp_path.glob("adroit-door-*")
     assert files_of(folder) == files_of(peace.folder)
 

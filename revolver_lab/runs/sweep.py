@@ -52,6 +52,10 @@ def sweep(
             if told is not None and before + done > heard:
                 heard = before + done
                 told(heard, total)
+        stopped = [run for run in runs if (run.folder / store.STOP).exists()]
+        if stopped:
+            raise SettingsError(f"{stopped[0].folder}, which was stopped", "a run that goes on",
+                                "The same sweep goes on from there.")  # fmt: skip
         failed = _failures(waiting)
         if failed:
             raise SettingsError(f"jobs that failed: {'; '.join(failed)}", "jobs that end",
@@ -99,11 +103,12 @@ def _hand_out(
         if not is_claimed(_work(job)):
             (_work(job) / store.FAILED).unlink(missing_ok=True)
     yield 0
-    robots = os.environ.get(VARIABLE, "")  # workers may have begun before one was registered
+    # Workers may have begun before a robot was registered.
+    here = os.getpid(), os.environ.get(VARIABLE, "")
     try:
         with _where(jobs, cluster):
             ended = Parallel(return_as="generator_unordered")
-            for _ in ended(delayed(_train)(*job, every, robots) for job in waiting):
+            for _ in ended(delayed(_train)(*job, every, *here) for job in waiting):
                 yield sum(map(_is_done, waiting))
     except TerminatedWorkerError:
         pass  # whoever was killed left a checkpoint: the rest is given out again
@@ -146,8 +151,14 @@ def _client(cluster: str) -> AbstractContextManager:
         ) from error  # fmt: skip
 
 
-def _train(folder: Path, shard: int, every: float, robots: str) -> None:
-    """Does a job, in whatever process it is, unless another sweep is at it."""
+def _train(folder: Path, shard: int, every: float, sweeper: int, robots: str) -> None:
+    """Does a job, in whatever process it is, unless another sweep is at it.
+
+    Raises:
+        KeyboardInterrupt: If it was stopped in the sweep's own process: that ends the sweep.
+    """
     os.environ[VARIABLE] = robots
     with suppress(ShardTakenError):
-        worker.train(folder, shard, every)
+        stopped = worker.train(folder, shard, every) == worker.STOPPED
+        if stopped and os.getpid() == sweeper:
+            raise KeyboardInterrupt

@@ -20,6 +20,9 @@ from revolver_lab.runs import checkpoint, status, store
 from revolver_lab.runs.claim import ShardTakenError, claimed
 from revolver_lab.runs.plan import Plan
 
+STOPPED = 2
+"""What `train` returns where somebody asked it to stop; a checkpoint is written."""
+
 _SIGNALS = (signal.SIGTERM, signal.SIGINT)
 
 
@@ -123,14 +126,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--every", type=float, default=60.0, help="seconds between checkpoints")
     options = parser.parse_args(arguments)
     try:
-        return train(options.folder, options.shard, options.every)
+        return train(options.folder, options.shard, options.every) % STOPPED
     except ShardTakenError as problem:  # started twice at once: no failure of the run
         print(f"revolver-lab: {problem}", file=sys.stderr)
         return 0
 
 
 def train(folder: Path, shard: int, every: float) -> int:
-    """Trains a shard in this process; returns 1 where it failed and left the reason.
+    """Trains a shard in this process; returns 0, STOPPED, or 1 where it left a reason.
 
     Raises:
         ShardTakenError: If another worker is at it.
@@ -142,7 +145,7 @@ def train(folder: Path, shard: int, every: float) -> int:
                 return 0
             worker = Worker(folder, shard, every)
             with _heeding(lambda *_: setattr(worker, "asked_to_stop", True)):
-                worker.run()
+                return 0 if worker.run() else STOPPED
     except ShardTakenError:
         raise
     except (RevolverError, OSError) as problem:
@@ -152,7 +155,6 @@ def train(folder: Path, shard: int, every: float) -> int:
     except Exception as problem:  # whatever it is, whoever watches the folder has to hear of it
         traceback.print_exc()
         return _fail(work, f"{type(problem).__name__}: {problem}")
-    return 0
 
 
 @contextlib.contextmanager
