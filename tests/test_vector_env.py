@@ -1,5 +1,9 @@
 """The vector door: n robots are n single environments, whatever happens to some of them."""
 
+import platform
+import subprocess
+import sys
+
 import gymnasium
 import numpy as np
 import pytest
@@ -7,6 +11,7 @@ from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from mujoco.batch import SimulationError
 
+from revolver_lab.envs.memory import return_large_blocks
 from revolver_lab.envs.registration import register_environments
 from revolver_lab.envs.single import RobotEnv
 from revolver_lab.envs.vector import make_vec_env
@@ -263,3 +268,31 @@ def test_stable_baselines_gets_what_it_stores():
                 np.testing.assert_array_equal(
                     info["terminal_observation"], expected[4]["final_obs"][i]
                 )
+
+
+BLOCKS = """
+import ctypes
+from revolver_lab.envs.memory import return_large_blocks
+names = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost".split()
+class Blocks(ctypes.Structure):
+    _fields_ = [(name, ctypes.c_size_t) for name in names]
+libc = ctypes.CDLL("libc.so.6")
+libc.mallinfo2.restype, libc.malloc.restype = Blocks, ctypes.c_void_p
+libc.free.argtypes = [ctypes.c_void_p]
+if {returned}:
+    return_large_blocks()
+libc.free(libc.malloc(16 << 20))  # by itself glibc would keep blocks of such a size from here on
+before = libc.mallinfo2().hblkhd  # bytes outside the heap
+libc.malloc(8 << 20)
+print(libc.mallinfo2().hblkhd - before >> 20)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="no glibc")
+def test_large_blocks_go_back_to_the_system_when_they_are_freed():
+    for returned, outside in ((False, "0\n"), (True, "8\n")):
+        code = BLOCKS.format(returned=returned)
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        assert done.stdout == outside, done.stderr
+    make_vec_env("ball-in-cup-weak-motors", 1)
+    assert return_large_blocks.cache_info().currsize == 1

@@ -11,6 +11,7 @@ from mujoco.batch import Batch, SimulationError
 
 from revolver_lab.envs.core import Controls, DrawAlpha, Purpose, Stage, first_look, judge, stream
 from revolver_lab.envs.infos import alphas_of, masked, mode_of, objects, seeds_of
+from revolver_lab.envs.memory import return_large_blocks
 from revolver_lab.envs.single import spaces_of
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ class RobotVectorEnv(VectorEnv):
 
     def _make_batch(self, nthread: int) -> None:
         """Bind what the task reads, and nothing else: every bound field costs a copy a step."""
+        return_large_blocks()
         self.task.bind(self.models[0])
         self.batch = Batch(self.models[0], self.num_envs, nthread)
         self.batch.set_models(self.models)
