@@ -147,7 +147,8 @@ class Run:
         Args:
             patience: How long to wait [s].
         """
-        if self.status().state == "running":
+        # A sweep that is between two jobs has nobody at work, and goes on: it has to be told, too.
+        if self.status().state != "finished" and (self.folder / store.WORK).is_dir():
             (self.folder / store.STOP).touch()
             until = time.monotonic() + patience
             while self.status().state == "running" and time.monotonic() < until:
