@@ -145,7 +145,9 @@ def train(folder: Path, shard: int, every: float) -> int:
                 return 0
             worker = Worker(folder, shard, every)
             with _heeding(lambda *_: setattr(worker, "asked_to_stop", True)):
-                return 0 if worker.run() else STOPPED
+                finished = worker.run()
+            # Who asks as the last step is done is heard as well: a sweep goes on otherwise.
+            return 0 if finished and not worker.asked_to_stop else STOPPED
     except ShardTakenError:
         raise
     except (RevolverError, OSError) as problem:
