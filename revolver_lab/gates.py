@@ -59,9 +59,9 @@ class Gate:
     def __post_init__(self) -> None:
         """Refuses settings that cannot work."""
         self._require("alpha_step", 0, 1, least=False)
+        self._require("shaping", -20, 20)
         for name in ("xi", "alpha_start", "finish"):
             self._require(name, 0, 1)
-        self._require("shaping", -20, 20)
         for name in ("every", "finish_episodes"):
             self._require(name, 1, math.inf, whole=True)
         if not isinstance(self.grid, bool):
@@ -98,10 +98,7 @@ class Gate:
 
     def to_json(self) -> dict[str, Any]:
         """Returns the gate as plain JSON values, its kind included."""
-        plain = {"gate": type(self).__name__, **dataclasses.asdict(self)}
-        # Folders are named by a hash of this: what came later is told only where it is used.
-        later = ("confirm_episodes", "confirm") if not plain.get("confirm_episodes") else ()
-        return {name: value for name, value in plain.items() if name not in later}
+        return {"gate": type(self).__name__, **dataclasses.asdict(self)}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -110,8 +107,7 @@ class SampledGate(Gate):
 
     alpha += l clip((min(average, last + slack) - low) / (high - low), 0, 1), where the average
     moves by `weight` of the last success (facts, section 8). At alpha = 1, once the average is
-    `high`, an evaluation has the last word; who asks again and again is told yes by luck in the
-    end, so that a second one may have to confirm the first.
+    `high`, an evaluation ends it, or two: who asks often is told yes by luck in the end.
 
     Attributes:
         low: Success at or below which alpha stays.
@@ -161,10 +157,15 @@ class SampledGate(Gate):
 
     def _content(self, measure: Measure) -> bool:
         """Whether training may end."""
-        if measure(1.0, self.finish_episodes) < self.finish:
-            return False
-        again = self.confirm_episodes
-        return not again or measure(1.0, again) >= self.confirm
+        first, again = measure(1.0, self.finish_episodes) >= self.finish, self.confirm_episodes
+        return first and (not again or measure(1.0, again) >= self.confirm)
+
+    def to_json(self) -> dict[str, Any]:
+        """Returns the gate as plain JSON values; a second evaluation only where there is one."""
+        plain = super().to_json()  # folders are named by a hash of it, and older ones have none
+        if not self.confirm_episodes:
+            del plain["confirm_episodes"], plain["confirm"]
+        return plain
 
     def _length(self, trust: float) -> float:
         """Returns the step of alpha for a trust in [0, 1]."""
@@ -190,8 +191,8 @@ class SteppedGate(SampledGate):
 class EvaluatedGate(Gate):
     """The rule of the published runs (facts, section 3): alpha goes on after an evaluation.
 
-    Every five iterations twenty episodes are played on E(alpha); at a success of one half alpha
-    takes its step. At alpha = 1 training ends at 0.9 over fifty.
+    Every five iterations alpha takes its step if half of twenty episodes on it succeed. At alpha =
+    1 training ends at 0.9 over fifty.
 
     Attributes:
         threshold: Success at which alpha goes on.
@@ -236,15 +237,13 @@ def gate_from_json(value: Mapping[str, Any]) -> Gate:
         >>> gate_from_json(EvaluatedGate(episodes=10).to_json()).episodes
         10
     """
-    fields = dict(value)
-    kind = fields.pop("gate", None)
+    kind = value.get("gate")
     if kind not in GATES:
         raise SettingsError(f"gate = {kind!r}", f"one of {sorted(GATES)}", "Take SampledGate.")
-    return GATES[kind](**fields)
+    return GATES[kind](**{name: item for name, item in value.items() if name != "gate"})
 
 
 PILOT_GATE = SampledGate()
 """Run 2 of the pilot: steps of 0.03 at most, between a sampled success of 0.4 and 0.8."""
-
 PUBLISHED_GATE = EvaluatedGate(shaping=1.0)
 """The published runs of the hand: steps of 0.01, xi = 0.06, h = 1."""

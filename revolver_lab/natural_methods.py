@@ -6,10 +6,11 @@ from typing import Any
 
 from revolver_lab.errors import SettingsError, UnknownNameError
 from revolver_lab.gates import EvaluatedGate, Gate, SampledGate, SteppedGate, gate_from_json
-from revolver_lab.given import is_number, is_whole, require
+from revolver_lab.given import is_whole, require
 from revolver_lab.learners.natural.algorithms import ALGORITHMS, IMITATORS
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
 from revolver_lab.methods import look_up
+from revolver_lab.trajectories import Success
 
 _XI = SampledGate.xi
 _EPISODES = 25  # of the teacher, as many as people recorded for DAPG
@@ -47,10 +48,7 @@ class NaturalMethod:
         require("gate", self.gate, Gate, "Pass SampledGate(), or leave it out.")
         require("settings", self.settings, NaturalSettings, "Leave it out.")
         require("expert", self.expert, bool, "True carries the expert over.")
-        least = self.least_return
-        if least is not None and not is_number(least):
-            raise SettingsError(f"least_return = {least!r}", "a finite number, or None",
-                                "Half of what the expert returns is a start.")  # fmt: skip
+        Success(least_return=self.least_return)  # refuses what is no number
         if not is_whole(self.demonstrations) or (self.demonstrations > 0) != (
             self.algorithm in IMITATORS
         ):

@@ -168,7 +168,7 @@ class Policy:
         return dataclasses.replace(self, weights=weights)
 
     def save(self, path: str | Path) -> Path:
-        """Saves the policy as safetensors, and its card next to it as JSON, atomically.
+        """Saves the policy as safetensors, its card beside it as JSON; returns the former's path.
 
         The card travels inside the safetensors file, which alone is read back: a process killed
         between the two files leaves a policy and its own card. The JSON is for people.
@@ -180,7 +180,7 @@ class Policy:
             SettingsError: If that is no name of a file, or that of the card.
         """
         path, card = output_file(path, ".safetensors"), self.card.to_json()
-        if path.suffix == ".json":  # which the card is called
+        if path.suffix == ".json":  # the card's
             raise SettingsError(f"{str(path)!r} for a policy", ".safetensors", "Leave it out.")
         save_weights(path, self.weights, {
             "format": _FORMAT, "head": self.head, "activation": self.activation,
@@ -218,13 +218,12 @@ def _linear(weights: Mapping[str, np.ndarray], name: str, x: np.ndarray) -> np.n
 
 def _check(policy: Policy) -> None:
     """Refuses a policy whose head, activation, shapes or numbers cannot act."""
-    weights = policy.weights
-    problem = _actor_problem(weights)
+    problem = _actor_problem(policy.weights)
     if policy.head not in HEADS:
         problem = f"the head {policy.head!r}, not one of {HEADS}"
     elif policy.activation not in ACTIVATIONS:
         problem = f"the activation {policy.activation!r}, not one of {tuple(ACTIVATIONS)}"
-    elif policy.head == "squashed_gaussian" and not _SPREADS & {*weights}:
+    elif policy.head == "squashed_gaussian" and not _SPREADS & {*policy.weights}:
         problem = problem or "a squashed Gaussian without actor.log_std"
     if problem:
         raise PolicyFileError(f"a policy with {problem}", "weights as Policy describes them",

@@ -300,3 +300,15 @@ def test_a_moved_physics_draws_what_a_fresh_one_draws(case):
     np.testing.assert_array_equal(*frames)
     assert (frames[0] != first).any()
     assert moved.contexts is contexts
+
+
+def test_the_path_has_the_memory_of_its_larger_end():
+    box = "<mujoco><size memory='{}'/><worldbody><geom size='.1'/></worldbody></mujoco>"
+    for ends in (("1M", "40M"), ("40M", "1M")):
+        evolve = rvl.Evolution(*map(box.format, ends))
+        assert evolve.model(0.0).narena == evolve.model(1.0).narena == 40 * 2**20
+
+
+def test_a_refused_alpha_is_told_as_a_plain_number():
+    with pytest.raises(AlphaError, match=r"alpha = 1\.5\. "):
+        rvl.load("cheetah-front-leg").model(np.float64(1.5))

@@ -20,7 +20,7 @@ from revolver_lab.learners.settings import COURSE
 from revolver_lab.runs import Plan, Run, checkpoint, keep, recorded, store, summary
 from revolver_lab.runs.claim import ShardTakenError, claimed, is_claimed
 from revolver_lab.runs.so_far import so_far
-from revolver_lab.runs.worker import Worker
+from revolver_lab.runs.worker import STOPPED, Worker, train
 from revolver_lab.runs.worker import main as work
 from revolver_lab.schedule import Schedule
 
@@ -432,6 +432,26 @@ def wait_for(holds, seconds=60.0):
     while not holds():
         assert time.monotonic() < until, "it took too long"
         time.sleep(0.05)
+
+
+def test_a_run_between_two_jobs_hears_that_it_is_to_stop(tmp_path):
+    run = Run(tiny_plan(), root=tmp_path)
+    run.prepare(1)  # nobody is at work now
+    run.stop(patience=0.0)
+    assert (run.folder / store.STOP).exists()
+
+
+def test_who_asks_as_the_last_step_is_done_is_heard(tmp_path, monkeypatch):
+    run = Run(tiny_plan(), root=tmp_path)
+    run.prepare(1)
+
+    def finish(worker):
+        worker.asked_to_stop = True
+        return True
+
+    monkeypatch.setattr(Worker, "run", finish)
+    assert train(run.folder, 0, 60.0) == STOPPED
+    assert work([str(run.folder), "0"]) == 0  # to be stopped is no failure
 
 
 def test_stopped_and_started_it_ends_as_if_it_had_not(finished, tmp_path):

@@ -23,7 +23,7 @@ from revolver_lab.methods import METHODS, Member
 from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod
 from revolver_lab.natural_population import NaturalPopulation
 from revolver_lab.policies import Policy
-from revolver_lab.runs import Plan, Run, checkpoint, keep, keeping, recorded, store
+from revolver_lab.runs import Plan, Run, checkpoint, keep, keeping, recorded, store, worker
 from revolver_lab.runs.claim import claimed
 from revolver_lab.runs.natural_summary import natural_rows, over_iterations
 from revolver_lab.runs.sweep import sweep
@@ -253,6 +253,19 @@ def test_a_sweep_that_waits_for_another_does_not_repeat_itself(tmp_path, capfd):
     assert counts == sorted(set(counts))
     assert counts[0] == (0, n)
     assert "Wait for it" not in capfd.readouterr().err  # which is what it does
+
+
+def test_a_sweep_ends_where_its_own_process_is_asked_to_stop(tmp_path, monkeypatch):
+    asked = []
+
+    def stopped(folder, shard, every):
+        asked.append(shard)
+        return worker.STOPPED
+
+    monkeypatch.setattr(worker, "train", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        sweep(plans_of(TINY), root=tmp_path, jobs=1)
+    assert asked == [0]  # and is not given out again
 
 
 def test_a_sweep_ends_in_tables_that_say_what_every_learner_came_to(peace, tmp_path):

@@ -193,6 +193,15 @@ def test_what_stood_still_without_inertia_can_learn_to_turn(still):
     shaken(there.model(0.5))
 
 
+def test_many_created_points_need_no_memory_for_their_contacts():
+    little = robot(head="<size memory='200K'/>", finger=False)
+    knots = "".join(f"<geom name='k{i}' size='.05' pos='0 0 {0.01 * i}'/>" for i in range(60))
+    hidden = robot(tip=link("<joint name='f3' axis='0 1 0'/>", inertial=knots),
+                   head="<size memory='50M'/>")  # fmt: skip
+    sunk = [text.replace("pos='0 0 1'", "pos='0 0 -.5'") for text in (little, hidden)]
+    assert rvl.Evolution(*sunk).model(0.0).ngeom > 60
+
+
 def test_what_a_user_moves_becomes_nothing_else():
     guided = robot(scene="<body name='m' mocap='true' pos='1 0 .5'/>")
     for inside in ("", "<joint name='m'/><geom name='m' size='.1'/>"):

@@ -7,17 +7,10 @@ Commands = argparse._SubParsersAction
 Parser = argparse.ArgumentParser
 
 _POLICY = '"expert", a policy file, or a run\'s folder and learner: FOLDER:METHOD-SEED'
+_ROBOTS = "a robot that `list` shows, or two files (MJCF, URDF): the source and the target"
 _SHARED = {
     "robot": (("name",), {"metavar": "NAME", "help": "a robot that `list` shows"}),
-    "robots": (
-        ("names",),
-        {
-            "metavar": "ROBOT",
-            "nargs": "+",
-            "help": "a robot that `list` shows, "
-            "or two files (MJCF, URDF): the source and the target",
-        },
-    ),
+    "robots": (("names",), {"metavar": "ROBOT", "nargs": "+", "help": _ROBOTS}),
     "alpha": (("--alpha",), {"type": float, "nargs": "+", "help": "which robots, in [0, 1]"}),
     "task": (("--task",), {"help": "which of the robot's rewards"}),
     "seed": (("--seed",), {"type": int, "default": 0, "help": "seed of everything random (0)"}),

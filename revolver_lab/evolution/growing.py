@@ -96,8 +96,7 @@ class Grower:
         parent = self.host.body(self.twins["body"][body.parent.name])
         copy = copying.add_body(parent, body, self._new_name("body", "bodies", body.name))
         inner = body.parent.name not in self._matched
-        option = self.host.option
-        medium = option.density > 0 or option.viscosity > 0
+        medium = self.host.option.density > 0 or self.host.option.viscosity > 0
         shrinking.shrink_body(copy, self._model, body.name, inner=inner, medium=medium)
 
     def _add_joints(self, body: mujoco.MjsBody) -> None:

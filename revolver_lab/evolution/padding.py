@@ -10,6 +10,7 @@ from revolver_lab.evolution.growing import Grower, Twins
 from revolver_lab.evolution.matching import Matching
 from revolver_lab.evolution.naming import free_name
 from revolver_lab.evolution.rerooting import reroot
+from revolver_lab.evolution.shrinking import FREELY_SIZED
 from revolver_lab.evolution.touching import align_contacts
 
 _KINDS = {
@@ -124,8 +125,7 @@ def _lacks(source: mujoco.MjSpec, target: mujoco.MjSpec, twins: Twins, back: Twi
 def _is_scenery(kind: str, element: object) -> bool:
     """Whether an element belongs to the scene, which is the source's."""
     if kind == "geom":
-        planes = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD
-        return element.parent.name == "world" or element.type in planes  # type: ignore
+        return element.parent.name == "world" or element.type in FREELY_SIZED  # type: ignore
     return kind == "body" and element.name == "world"  # type: ignore[attr-defined]
 
 

@@ -45,7 +45,7 @@ _TINY_MASS_IN_MEDIUM, _TINY_INERTIA_IN_MEDIUM = 2e-8, 2e-15
 _RK4 = mujoco.mjtIntegrator.mjINT_RK4
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE
 _MUSCLE_FORCE, _MUSCLE_SCALE = 2, 3  # places in gainprm and biasprm
-_FREELY_SIZED = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
+FREELY_SIZED = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 
 
 def shrink_body(
@@ -155,7 +155,7 @@ def shrink_shape(shape: Any, *, inner: bool) -> None:
 
 def can_shrink(geom: mujoco.MjsGeom) -> bool:
     """Whether a geom has a size of its own; planes and height fields belong to the scene."""
-    return geom.type not in _FREELY_SIZED
+    return geom.type not in FREELY_SIZED
 
 
 def shrink_mesh(mesh: mujoco.MjsMesh, volume: float) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 
 from revolver_lab.evolution.canonical import Element, Pairs
 from revolver_lab.evolution.naming import free_name
+from revolver_lab.evolution.shrinking import FREELY_SIZED
 
-_PLANES = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
 _DEEP = 10.0  # m; nothing of a robot gets deeper into the ground
 _TOLD = ("condim", "solref", "solimp", "friction", "margin", "gap", "solreffriction", "adhesion")
 
@@ -44,7 +44,7 @@ class Touch:
         """Whether their bit masks meet, and there is something to find between their shapes."""
         a, b = self._index[first], self._index[second]
         types, affinities = self.model.geom_contype, self.model.geom_conaffinity
-        flat = all(int(self.model.geom_type[i]) in _PLANES for i in (a, b))
+        flat = all(mujoco.mjtGeom(self.model.geom_type[i]) in FREELY_SIZED for i in (a, b))
         return not flat and bool(types[a] & affinities[b] or types[b] & affinities[a])
 
     def bodies(self, first: str, second: str) -> bool:
@@ -181,6 +181,6 @@ def _write(pair: Element, told: Mapping[str, object]) -> None:
 def _depth(model: mujoco.MjModel, two: Names) -> float:
     """How deep two geoms can get into each other [m]."""
     ids = [model.geom(name).id for name in two]
-    if any(int(model.geom_type[i]) in _PLANES for i in ids):
+    if any(mujoco.mjtGeom(model.geom_type[i]) in FREELY_SIZED for i in ids):
         return _DEEP
     return float(sum(model.geom_rbound[i] for i in ids)) + 1e-3

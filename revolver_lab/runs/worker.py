@@ -126,7 +126,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--every", type=float, default=60.0, help="seconds between checkpoints")
     options = parser.parse_args(arguments)
     try:
-        return train(options.folder, options.shard, options.every) % STOPPED
+        code = train(options.folder, options.shard, options.every)
+        return 0 if code == STOPPED else code  # to be stopped is no failure
     except ShardTakenError as problem:  # started twice at once: no failure of the run
         print(f"revolver-lab: {problem}", file=sys.stderr)
         return 0
