@@ -1,5 +1,8 @@
 """Parts that few robots have come and go along a path: neither end feels it, nothing bursts."""
 
+from importlib.util import find_spec
+from pathlib import Path
+
 import mujoco
 import numpy as np
 import pytest
@@ -194,12 +197,12 @@ def test_what_stood_still_without_inertia_can_learn_to_turn(still):
 
 
 def test_many_created_points_need_no_memory_for_their_contacts():
-    little = robot(head="<size memory='200K'/>", finger=False)
-    knots = "".join(f"<geom name='k{i}' size='.05' pos='0 0 {0.01 * i}'/>" for i in range(60))
-    hidden = robot(tip=link("<joint name='f3' axis='0 1 0'/>", inertial=knots),
-                   head="<size memory='50M'/>")  # fmt: skip
-    sunk = [text.replace("pos='0 0 1'", "pos='0 0 -.5'") for text in (little, hidden)]
-    assert rvl.Evolution(*sunk).model(0.0).ngeom > 60
+    folders = (("gymnasium", "envs/mujoco/assets/humanoid.xml"),
+               ("gymnasium_robotics", "envs/assets/fetch/push.xml"))  # fmt: skip
+    files = [Path(find_spec(package).origin).parent / file for package, file in folders]
+    ends = [mujoco.MjSpec.from_file(str(file)) for file in files]
+    evolve = rvl.Evolution(*ends, unnamed="number", switch=0.5)
+    assert evolve.matching.created > 50
 
 
 def test_what_a_user_moves_becomes_nothing_else():
