@@ -131,7 +131,7 @@ def home_return(name: str, task: str | None = None) -> float | None:
         >>> home_return("cheetah-segment"), home_return("ant-leg-emerge")
         (160.5, None)
     """
-    if not _expert_file(name).is_file() or task not in (None, next(iter(registry.get(name).tasks))):
+    if not _expert_file(name).is_file() or task not in (None, registry.get(name).usual_task):
         return None
     return load_expert(name).card.episode_return
 

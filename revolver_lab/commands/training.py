@@ -28,7 +28,7 @@ def train_expert(arguments: Arguments) -> int:
     """Trains the expert of a robot."""
     stages = None
     if arguments.steps is not None:
-        task = arguments.task or next(iter(registry.get(arguments.name).tasks))
+        task = arguments.task or registry.get(arguments.name).usual_task
         learner = course_learner(arguments.name)
         stages = (Stage(task=task, steps=arguments.steps, learner=learner),)
     elif arguments.task is not None:

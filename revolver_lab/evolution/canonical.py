@@ -28,6 +28,7 @@ LISTS = {
     "key": "keys",
 }
 _ANGULAR = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_BALL)
+_ALIGN = mujoco.mjtAlignFree
 _RADIANS_PER_DEGREE = np.pi / 180.0
 
 
@@ -124,10 +125,11 @@ def _fold_orientation(spec: mujoco.MjSpec, element: Element) -> None:
     quat = _resolved(spec, element)
     element.alt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
     pos, frame = np.array(element.pos), element.frame
+    if frame is not None and has_fromto(element):  # the two ends are its whole pose
+        ends = np.array(element.fromto).reshape(2, 3)
+        element.fromto = np.ravel([_folded(frame, end) for end in ends])
+        return
     if frame is not None:
-        if has_fromto(element):
-            ends = np.array(element.fromto).reshape(2, 3)
-            element.fromto = np.ravel([_folded(frame, end) for end in ends])
         mujoco.mju_normalize4(quat)
         pos, quat = _in_frame(frame, pos, quat)
     element.pos, element.quat = pos, quat
@@ -144,6 +146,9 @@ def _fold_joint(joint: Element, model: mujoco.MjModel) -> None:
             setattr(j, attribute, np.array(getattr(j, attribute)) * _RADIANS_PER_DEGREE)
     j.limited = int(limited)
     j.actfrclimited = int(model.jnt_actfrclimited[j.id])
+    # MuJoCo aligns a free body to its inertia only where nothing hangs on it.
+    asked = j.compiler.alignfree if j.align == _ALIGN.mjALIGNFREE_AUTO else j.align
+    j.align = _ALIGN.mjALIGNFREE_TRUE if asked and not j.parent.bodies else _ALIGN.mjALIGNFREE_FALSE
 
 
 def _spell_out_limits(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:

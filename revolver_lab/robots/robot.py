@@ -45,6 +45,11 @@ class Robot:
     f: "RampSpec" = "linear"
     expert: str | Path | None = None
 
+    @property
+    def usual_task(self) -> str:
+        """Name of the reward that is meant where none is named."""
+        return next(iter(self.tasks))
+
     def make_task(self, reward: str | None = None) -> "Task":
         """Return a new task of this robot.
 
@@ -54,7 +59,7 @@ class Robot:
         Raises:
             UnknownNameError: If the robot has no such reward.
         """
-        reward = next(iter(self.tasks)) if reward is None else reward
+        reward = self.usual_task if reward is None else reward
         if reward not in self.tasks:
             raise unknown(f"task {reward!r} of {self.name}", reward, list(self.tasks))
         return self.tasks[reward]()

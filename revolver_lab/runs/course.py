@@ -155,7 +155,7 @@ class Lesson:
             SettingsError: If nothing is recorded, or a row is not.
         """
         robot = robot or self.robots[0]
-        settings = {"task": task or next(iter(registry.get(robot).tasks))}
+        settings = {"task": task or registry.get(robot).usual_task}
         settings |= {"expert": expert} if expert else {}
         rows = methods or self.methods
         return recorded(robot, rows, folder=self.folder, settings=settings,

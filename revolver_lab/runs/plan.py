@@ -86,7 +86,7 @@ class Plan:
             object.__setattr__(self, "evaluate_every", 0)
         object.__setattr__(self, "methods", chosen)
         object.__setattr__(self, "seeds", tuple(int(seed) for seed in self.seeds))
-        object.__setattr__(self, "task", self.task or next(iter(registry.get(self.robot).tasks)))
+        object.__setattr__(self, "task", self.task or registry.get(self.robot).usual_task)
         check_names(chosen)
         members(chosen, self.seeds)
         for schedule in (m.schedule for m in chosen if isinstance(m, Method)):
@@ -138,7 +138,7 @@ class Plan:
         names = [*dict.fromkeys(member.method.name for member in self.members)]
         words = ["revolver-lab", "transfer", self.robot, "--methods", *names, "--seeds",
                  *map(str, self.seeds), "--steps", str(self.steps)]  # fmt: skip
-        if self.task != next(iter(registry.get(self.robot).tasks)):
+        if self.task != registry.get(self.robot).usual_task:
             words += ["--task", str(self.task)]
         return shlex.join(words) if self._is_of_the_table(names) else _BY_PLAN
 

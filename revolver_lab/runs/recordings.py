@@ -67,7 +67,7 @@ def recorded_kinds(robot: str, *, folder: Path | None = None) -> list[tuple[str,
     home = folder or asset_folder("results")
     plans = [store.read_plan(p.parent) for p in sorted(home.glob(f"{robot}-*/{store.CARD}"))]
     tasks = dict.fromkeys(p.task for p in plans if p.robot == robot and p.learner is None)
-    usual = next(iter(registry.get(robot).tasks))
+    usual = registry.get(robot).usual_task
     found: list[tuple[str, Results]] = []
     if any(p.robot == robot and p.learner is not None for p in plans) or not tasks:
         found.append((robot, recorded(robot, folder=folder)))

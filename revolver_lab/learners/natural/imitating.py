@@ -50,6 +50,10 @@ class Imitator(NPG):
         if demonstrations is not None:
             self.require(demonstrations)
         self.demonstrations = demonstrations
+        self.prepare()
+
+    def prepare(self) -> None:
+        """Makes what teaching needs, once: a hook; nothing is needed here."""
 
     def require(self, teacher: Demonstrations) -> None:
         """Raises DemonstrationsError unless states and actions are the robot's."""

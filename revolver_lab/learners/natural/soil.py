@@ -7,7 +7,6 @@ import numpy as np
 from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.learners.natural.imitating import Imitator
 from revolver_lab.learners.natural.regressor import Regressor
-from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
 from revolver_lab.trajectories import Trajectories
 
 
@@ -18,26 +17,14 @@ class SOIL(Imitator):
     knows the robot being trained, not the teacher's. What it says of the teacher's transitions
     is imitated as in DAPG. With a weight of 0 it is NPG, bit for bit.
 
-    Args:
-        observation_size: O.
-        action_size: A.
-        settings: What it is made of.
-        demonstrations: What a teacher saw; its actions are not looked at.
-        seed: Seed of weights, actions and minibatches.
-
-    Raises:
-        DemonstrationsError: If the demonstrations do not fit the robot.
     """
 
-    def __init__(
-        self, observation_size: int, action_size: int, settings: NaturalSettings = PILOT, *,
-        demonstrations: Demonstrations | None = None, seed: int = 0,
-    ):  # fmt: skip
-        super().__init__(observation_size, action_size, settings, demonstrations=demonstrations,
-                         seed=seed)  # fmt: skip
+    def prepare(self) -> None:
+        """Makes the inverse model, which has seen nothing yet."""
+        observation_size, action_size = self.actor.sizes[0], self.actor.sizes[-1]
         self.inverse = Regressor(
-            2 * observation_size, action_size, hidden=settings.inverse_hidden,
-            learning_rate=settings.inverse_rate, batch_size=settings.value_batch,
+            2 * observation_size, action_size, hidden=self.settings.inverse_hidden,
+            learning_rate=self.settings.inverse_rate, batch_size=self.settings.value_batch,
             rng=self.streams["inverse"],
         )  # fmt: skip
         self._memory: list[tuple[np.ndarray, np.ndarray]] = []
