@@ -71,6 +71,8 @@ LEARNERS: Mapping[str, LearnerSettings] = {"ball-in-cup-weak-motors": _KEEN}
 STARTS: Mapping[str, Callable[[], Policy]] = {"cheetah-segment": _lifted_cheetah}
 """Robot -> what its expert's training begins with; the others begin from scratch."""
 
+_EVALUATE_EVERY = 4_000  # [steps]
+_EVALUATIONS = 40  # of a stage at most: those of long episodes cost more than the training
 _FRESH_SEED = 2_000_000  # of the episodes on a card: neither training nor selection saw them
 
 
@@ -174,8 +176,9 @@ def train_expert(
     stay = Schedule(alpha_end=0.0, xi=0.0)
     for stage in stages:
         log = transfer(policies[-1] if policies else None, name, stay, learner=stage.learner,
-                       steps=stage.steps, seed=seed, task=stage.task, evaluate_every=4_000,
-                       evaluate_episodes=20, keep_best=True, progress=progress)  # fmt: skip
+                       steps=stage.steps, seed=seed, task=stage.task, evaluate_episodes=20,
+                       evaluate_every=max(_EVALUATE_EVERY, stage.steps // _EVALUATIONS),
+                       keep_best=True, progress=progress)  # fmt: skip
         rows += _curve(log, stage, done)
         policies.append(log.policy)
         done += log.steps
