@@ -5,6 +5,7 @@ import mujoco
 import numpy as np
 import pytest
 
+import revolver_lab as rvl
 from revolver_lab.errors import ParameterError, RobotFileError
 from revolver_lab.evolution.reading import read_robot
 
@@ -165,3 +166,64 @@ def test_reading_changes_no_array_of_the_compiled_robot(name):
         value = getattr(theirs, attribute)
         if isinstance(value, np.ndarray) and not attribute.startswith(("name", "_")):
             np.testing.assert_array_equal(value, getattr(ours, attribute), attribute)
+
+
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+
+
+def ros_package(folder, mesh, manifest=None):
+    """A package as ROS lays it out, with one URDF whose base is a mesh; returns the URDF."""
+    for name in ("urdf", "meshes"):
+        (folder / name).mkdir(parents=True)
+    (folder / "meshes" / "base.obj").write_text(TETRAHEDRON)
+    if manifest:
+        (folder / "package.xml").write_text(f"<package><name>{manifest}</name></package>")
+    base = f"<collision><geometry><mesh filename='{mesh}'/></geometry></collision>"
+    (folder / "urdf" / "r.urdf").write_text(URDF.format(base, "1"))
+    return folder / "urdf" / "r.urdf"
+
+
+@pytest.mark.parametrize(
+    ("folder", "mesh", "manifest"),
+    [
+        ("my_robot", "package://my_robot/meshes/base.obj", None),
+        ("src", "package://my_robot/meshes/base.obj", "my_robot"),
+        ("src", "../meshes/base.obj", "my_robot"),
+    ],
+)
+def test_the_meshes_of_a_ros_package_are_found(tmp_path, folder, mesh, manifest):
+    spec = read_robot(ros_package(tmp_path / folder, mesh, manifest))
+    model = spec.compile()
+    assert model.nmesh == 1
+    # A tetrahedron of three unit edges: a sixth of a cubic metre, of 1000 kg each.
+    np.testing.assert_allclose(model.body("base").mass, 1000 / 6, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "manifest", "message"),
+    [
+        ("package://other/meshes/base.obj", None, "'other' around it"),
+        ("package://my_robot/meshes/base.obj", "renamed", "'my_robot' around it"),
+        ("package://my_robot/../secret.obj", None, "outside its folder"),
+        ("../meshes/base.obj", None, "outside its folder"),
+        ("../../secret.obj", "my_robot", "outside its folder"),
+        ("/secret.obj", "my_robot", "outside its folder"),
+        ("file:///secret.obj", "my_robot", "without any scheme"),
+        ("package://", None, "a folder '' around it"),
+    ],
+)
+def test_a_urdf_that_leaves_its_package_is_refused(tmp_path, mesh, manifest, message):
+    (tmp_path / "secret.obj").write_text(TETRAHEDRON)
+    with pytest.raises(RobotFileError, match=message):
+        read_robot(ros_package(tmp_path / "my_robot", mesh, manifest))
+
+
+def test_the_two_robots_of_a_path_may_come_from_two_packages(tmp_path):
+    one, other = (
+        ros_package(tmp_path / name, f"package://{name}/meshes/base.obj") for name in ("a", "b")
+    )
+    mesh = other.parent.parent / "meshes" / "base.obj"
+    mesh.write_text(TETRAHEDRON.replace("v 1 0 0", "v 2 0 0"))
+    evolve = rvl.Evolution(one, other)
+    masses = [evolve(alpha).model.ptr.body("base").mass[0] for alpha in (0, 0.5, 1)]
+    np.testing.assert_allclose(masses, [1000 / 6, 1500 / 6, 2000 / 6], rtol=1e-6)

@@ -10,6 +10,7 @@ import numpy as np
 
 from revolver_lab.errors import ParameterError, RobotFileError
 from revolver_lab.evolution.naming import name_everything
+from revolver_lab.evolution.packages import mesh_file
 from revolver_lab.evolution.screening import Screened, inside, screen
 
 _MESHES = (".stl", ".obj", ".msh")
@@ -26,8 +27,9 @@ def read_robot(source: str | Path | mujoco.MjSpec, *, unnamed: str = "refuse") -
 
     A URDF keeps its fixed links as bodies, and its visuals unless their files are of a kind that
     MuJoCo does not read (.dae), in which case all visuals are left out; mesh paths are relative
-    to the file. A path may only lead to files in the robot's folder, XML text to none at all;
-    an MjSpec is trusted with the files that it names.
+    to the file, or package:// ones. A path may only lead to files in the robot's folder, or, of a
+    URDF, in the ROS package around it; XML text to none at all; an MjSpec is trusted with the
+    files that it names.
 
     Args:
         source: Path of an MJCF or URDF file, its XML text, or an MjSpec, which is left as it was.
@@ -86,16 +88,29 @@ def _from_path(path: str | Path) -> mujoco.MjSpec:
     folder = path.parent.resolve()
     found = screen(data, where)
     _follow_includes(found, folder, where)
+    if found.kind == "robot":
+        return _parse(_with_whole_paths(data.decode(), path, where), found, where, folder)
     for base in ["", *found.folders]:
         inside(folder, base, where)
-        for name in found.files + found.visuals:
+        for name in found.files:
             inside(folder, os.path.join(base, name), where)
-    if found.kind == "robot":
-        return _parse(data.decode(), found, where, folder)
     try:
         return mujoco.MjSpec.from_file(str(path))
     except (ValueError, mujoco.FatalError) as error:
         raise _refusal(error, where) from error
+
+
+def _with_whole_paths(text: str, path: Path, where: str) -> str:
+    """A URDF's text with every mesh by its whole path, once that has been looked at."""
+    root = ElementTree.fromstring(text)
+    compiler = root.find("mujoco/compiler")
+    settings = {} if compiler is None else compiler.attrib
+    strips = settings.pop("strippath", "false") == "true"
+    for mesh in root.iter("mesh"):
+        name = mesh.get("filename", "")
+        name = name.rpartition("/")[2] if strips else name
+        mesh.set("filename", str(mesh_file(path, name, settings.get("meshdir", ""), where)))
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def _read(path: Path, where: str) -> bytes:

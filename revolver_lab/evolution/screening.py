@@ -189,27 +189,29 @@ def _numbers(text: str) -> list[float]:
         return []
 
 
-def inside(folder: Path, name: str, where: str) -> Path:
+def inside(folder: Path, name: str, where: str, written: str | None = None) -> Path:
     """The file that a robot names, refused unless it lies in the robot's own folder.
 
     Args:
         folder: The robot's folder, with links resolved.
-        name: The file as the robot names it.
+        name: The file in that folder.
         where: What to call the robot in an error.
+        written: The file as the robot names it, if otherwise.
 
     Raises:
         RobotFileError: If, links followed, the path leaves the folder.
     """
+    written = name if written is None else written
     if "://" in name or "\\" in name or "\0" in name:
         raise RobotFileError(
-            f"{where} names {name!r}",
+            f"{where} names {written!r}",
             "a path relative to the robot's file, with forward slashes",
-            "Write the path without package:// or any other scheme.",
+            "Write the path without any scheme.",
         )
     path = (folder / name).resolve()
     if not path.is_relative_to(folder):
         raise RobotFileError(
-            f"{where} names {name!r}, outside its folder {str(folder)!r}",
+            f"{where} names {written!r}, outside its folder {str(folder)!r}",
             "files in the robot's folder and beneath",
             "Copy the file there, or load it with mujoco.MjSpec.from_file and pass the MjSpec.",
         )

@@ -1,0 +1,73 @@
+"""Finds the folder of the ROS package that a URDF belongs to, and the files it names there."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+from revolver_lab.errors import RobotFileError
+from revolver_lab.evolution.screening import inside
+
+SCHEME = "package://"
+MANIFEST = "package.xml"
+_LEVELS = 4  # folders above a file in which its package is looked for
+_UNDECLARED = 2  # of those, how many may be a package by their name alone: NAME/urdf/robot.urdf
+
+
+def package_folder(path: Path, name: str | None = None) -> Path | None:
+    """Returns the package's folder around a file, with links resolved; None if there is none.
+
+    Args:
+        path: The robot's file.
+        name: The package: what its manifest calls it, or else the name of its folder, which is
+            then the file's or the one above. None takes the nearest folder with a manifest.
+
+    Example:
+        >>> package_folder(Path("robot.urdf"), "no_such_package") is None
+        True
+    """
+    for level, folder in enumerate(path.resolve().parents[:_LEVELS]):
+        called = _called(folder / MANIFEST)
+        named = (called or (level < _UNDECLARED and folder.name)) == name
+        if (called is not None) if name is None else named:
+            return folder
+    return None
+
+
+def _called(manifest: Path) -> str | None:
+    """What a package's manifest calls it; None where there is no manifest to be read."""
+    if not manifest.is_file():
+        return None
+    try:
+        root = ElementTree.fromstring(manifest.read_bytes())
+    except (OSError, ElementTree.ParseError):
+        return None
+    return (root.findtext("name") or "").strip() if root.tag == "package" else None
+
+
+def mesh_file(path: Path, name: str, meshdir: str, where: str) -> Path:
+    """Returns where a mesh of a URDF is: in the robot's package, or in its folder.
+
+    Args:
+        path: The robot's file.
+        name: As written: "package://NAME/meshes/link.stl", or relative to the robot's file.
+        meshdir: The folder before a relative name, as MuJoCo's compiler element has it.
+        where: What to call the robot in an error.
+
+    Raises:
+        RobotFileError: If the robot is in no package of that name, or the mesh lies outside.
+    """
+    if not name.startswith(SCHEME):
+        folder = path.parent.resolve()
+        file = folder / meshdir / name
+        inside(package_folder(path) or folder, name if "://" in name else str(file), where, name)
+        return file
+    package, _, rest = name.removeprefix(SCHEME).partition("/")
+    folder = package_folder(path, package)
+    if folder is None:
+        raise RobotFileError(
+            f"{where} names {name!r}",
+            f"a file of a package that holds the robot: a folder {package!r} around it, or one "
+            f"whose {MANIFEST} gives that name",
+            "Put the robot into its package, or write the path relative to it, without package://.",
+        )
+    inside(folder, rest, where, name)
+    return folder / rest
