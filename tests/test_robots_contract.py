@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+import revolver_lab as rvl
 from revolver_lab.envs.vector import make_vec_env
 from revolver_lab.errors import UnknownNameError
 from revolver_lab.policies import Policy
@@ -51,6 +52,31 @@ def test_a_record_is_filed_under_its_name_with_an_origin_and_a_licence(name):
     assert any(licence in robot.origin for licence in ("Apache-2.0", "MIT"))
     assert robot.summary
     assert registry.find(robot.domain, robot.task) is robot
+
+
+PHYSICAL = {
+    "body": ("mass", "inertia", "pos", "ipos", "quat"),
+    "joint": ("range", "stiffness", "axis", "pos"),
+    "geom": ("size", "pos", "friction", "margin"),
+    "actuator": ("gear", "gainprm", "ctrlrange"),
+}
+
+
+@pytest.mark.parametrize("name", [n for n in NAMES if registry.get(n).f == "linear"])
+def test_the_way_back_is_the_way_there(name):
+    robot = registry.get(name)
+    there = rvl.Evolution(robot.source(), robot.target())(0.3).model.ptr
+    back = rvl.Evolution(robot.target(), robot.source())(0.7).model.ptr
+    for kind, numbers in PHYSICAL.items():
+        for index in range(
+            getattr(there, {"joint": "njnt", "actuator": "nu"}.get(kind, f"n{kind}"))
+        ):
+            one = getattr(there, kind)(index)
+            other = getattr(back, kind)(one.name)
+            for number in numbers:
+                np.testing.assert_allclose(
+                    getattr(one, number), getattr(other, number), atol=1e-9, err_msg=one.name
+                )
 
 
 @pytest.mark.parametrize("name", NAMES)
