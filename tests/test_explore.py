@@ -6,6 +6,8 @@ import io
 import mujoco
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from PIL import Image
 
 import revolver_lab as rvl
@@ -14,6 +16,7 @@ from revolver_lab.errors import AlphaError, SettingsError
 from revolver_lab.lab import explorer as explorers
 from revolver_lab.lab import facts, standins
 from revolver_lab.lab.explore import facts_table
+from revolver_lab.lab.explorer import Explorer
 from revolver_lab.lab.frames import Stage
 from revolver_lab.lab.pacing import Pacer
 
@@ -169,6 +172,58 @@ def test_a_camera_can_be_chosen_and_one_context_serves_every_explorer(evolve, sm
     first.camera.value = "back"
     assert first.image.value != before
     assert standins.shared_stage(evolve) is standins.shared_stage(second.explorer.evolve)
+
+
+@pytest.fixture
+def short(monkeypatch):
+    """Episodes of nine steps."""
+    keep = explorers.record
+    monkeypatch.setattr(explorers, "record", lambda *a, **k: keep(*a, **k, steps=8))
+
+
+EVENTS = st.lists(
+    st.one_of(
+        st.tuples(st.just("slide"), st.integers(0, 100)),
+        st.tuples(st.just("camera"), st.sampled_from(["fit", "side", "back"])),
+        st.tuples(st.just("play"), st.integers(0, 8)),
+        st.tuples(st.just("settle"), st.none()),
+    ),
+    max_size=12,
+)
+
+
+@needs_gl
+@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(events=EVENTS, plays=st.booleans())
+def test_whatever_is_clicked_in_whatever_order_the_last_of_it_is_shown(
+    evolve, small, short, events, plays
+):
+    app = rvl.lab.explore(evolve, still if plays else None)
+    alpha, camera, step = 0.0, "fit", None
+
+    async def click():
+        nonlocal alpha, camera, step
+        for what, value in events:
+            if what == "slide":
+                moved = value / 100 != app.alpha
+                app.slider.value = alpha = value / 100
+                step = None if moved and plays else step
+            elif what == "camera":
+                app.camera.value = camera = value
+            elif what == "play":
+                app.on_play({"new": value})
+                alpha, step = (alpha, value) if plays else (value / 100, None)
+            else:
+                await app.pacer.rest()
+        await app.pacer.rest()
+
+    asyncio.run(click())
+    wanted = Explorer(evolve, still if plays else None).picture(alpha, camera, step=step)
+    assert app.error is None
+    assert app.words.value == f'<div role="status">{wanted.words}</div>'
+    assert app.image.value == wanted.jpeg
+    assert app.facts.value == facts_table(app.explorer.facts(alpha))
+    app.close()
 
 
 @needs_gl

@@ -12,6 +12,8 @@ from pathlib import Path
 import nbformat.v4 as v4
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from PIL import Image
 
 import revolver_lab as rvl
@@ -157,6 +159,41 @@ def test_a_run_stopped_by_somebody_else_is_not_started_again(fake):
     until(app, "stopped")
     app.look()
     assert fake.starts == 1
+
+
+CLICKS = st.lists(st.sampled_from(["stop", "resume", "look", "film", "another's stop", "delete"]))
+
+
+@given(clicks=CLICKS, slow=st.integers(0, 4))
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_in_whatever_order_its_buttons_are_pressed_the_last_of_them_wins(
+    tmp_path, unpainted, clicks, slow
+):
+    run = FakeRun(tmp_path / str(len(list(tmp_path.iterdir()))), slow=slow).start()
+    app = shown(run)
+    wanted = "running"
+    for click in clicks:
+        if click == "stop":
+            app.on_stop(app.stop)
+            wanted = "stopped"
+        elif click == "resume":
+            app.on_resume(app.resume)
+            wanted = "running"
+        elif click == "film":
+            app.box.value = not app.box.value
+        elif click == "another's stop" and not run.flag.exists() and run.state == "running":
+            run.stop(patience=0)
+            wanted = "stopped"
+        elif click == "delete" and run.state == "stopped":
+            shutil.rmtree(run.folder)
+            run.state = "new"
+        app.look()
+        assert app.error is None
+    for _ in range(slow + 3):
+        app.look()
+    assert run.state in ((wanted,) if run.folder.exists() else ("new",))
+    assert run.starts <= 1 + clicks.count("resume")
+    app.close()
 
 
 def test_a_failed_run_says_why_and_resume_tries_again(fake):
