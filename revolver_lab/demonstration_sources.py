@@ -55,7 +55,7 @@ def record(
     for at in range(0, episodes, n):
         played = sample(env, lambda _, seen: policy(seen, deterministic=deterministic, rng=rng),
                         env.task.episode_steps)  # fmt: skip
-        good = np.ones(n, bool) if success is None else success.check(env)(env, played)
+        good = np.ones(n, bool) if success is None else success.check(env.task)(env, played)
         kept += [_episode(played, int(i)) for i in np.flatnonzero(good[: episodes - at])]
     if not kept:
         raise refusal(f"{episodes} episodes of which none succeeded")

@@ -70,7 +70,7 @@ class NaturalTransfer:
             steps = count_of("steps", steps, 1, "Try 1_000_000; None waits for the gate.")
         self._make = (evolve, task, nthread)
         self.env = self._environment(settings.trajectories, seed)
-        self.success = (success or Success()).check(self.env)
+        self.success = (success or Success()).check(self.env.task)
         sizes = self.env.observation_space.shape[1], self.env.action_space.shape[1]  # type: ignore[index]
         self.learner = make_learner(algorithm, *sizes, settings, demonstrations=demonstrations,
                                     seed=seed)  # fmt: skip

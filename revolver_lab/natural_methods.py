@@ -145,11 +145,19 @@ def natural_fitted(method: NaturalMethod, episode_steps: int, home: float | None
         episode_steps: Steps of an episode that does not end early [steps].
         home: What the expert returns on the source, unshaped; None where nobody knows.
 
+    Raises:
+        SettingsError: If the expert returns 0 or less there: half of it would be no success.
+
     Example:
         >>> fitted = natural_fitted(NATURAL_METHODS["soil"], 200, 160.0)
         >>> fitted.least_return, fitted.settings.length, fitted.settings.trajectories
         (80.0, 200, 19)
     """
+    if home is not None and home <= 0:
+        raise SettingsError(
+            f"an expert that returns {home:.4g} at home", "more than 0, half of which is a success",
+            "Train it longer, or give the NaturalMethod a least_return of its own.",
+        )  # fmt: skip
     usual = method.settings
     trajectories = max(round(usual.trajectories * usual.length / episode_steps), 1)
     settings = dataclasses.replace(usual, trajectories=trajectories, length=episode_steps)

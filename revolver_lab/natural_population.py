@@ -8,6 +8,7 @@ import numpy as np
 
 from revolver_lab.demonstration_sources import record
 from revolver_lab.demonstrations import Demonstrations
+from revolver_lab.envs.core import Stage
 from revolver_lab.errors import SettingsError
 from revolver_lab.learners.natural.actor import Actor
 from revolver_lab.learners.natural.algorithms import IMITATORS
@@ -55,6 +56,8 @@ class NaturalPopulation:
         self._make = (evolve, expert, steps, task, nthread)
         self._report = report
         self._teachers: dict[int, Demonstrations] = {}
+        for member in self.members:  # before an expert is cloned or plays
+            Success(least_return=member.method.least_return).check(Stage(evolve, task).task)
         self.loops = [self._loop(self.members[0])]
 
     def _loop(self, member: Member) -> NaturalTransfer:

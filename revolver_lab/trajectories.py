@@ -11,6 +11,7 @@ from revolver_lab.given import count_of, is_number
 
 if TYPE_CHECKING:
     from revolver_lab.envs.vector import RobotVectorEnv
+    from revolver_lab.tasks.base import Task
 
 Act = Callable[[int, np.ndarray], np.ndarray]
 """(step, observations (n, O)) -> actions (n, A), not clipped."""
@@ -116,16 +117,17 @@ class Success:
         needed = env.task.goal_steps if self.goal_steps is None else self.goal_steps
         return played.goal_steps > (needed or 0)
 
-    def check(self, env: "RobotVectorEnv") -> "Success":
-        """Returns itself, if it can be told in this environment.
+    def check(self, task: "Task") -> "Success":
+        """Returns itself, if it can be told of this task.
 
         Raises:
             SettingsError: If the task has no goal and no return was given.
         """
-        if self.least_return is None and env.task.goal_steps is None:
+        if self.least_return is None and task.goal_steps is None:
             raise SettingsError(
-                f"least_return = None with the task {type(env.task).__name__}, which has no goal",
+                f"least_return = None with the task {type(task).__name__}, which has no goal",
                 "an unshaped return, or a task with success() and goal_steps",
-                "Pass Success(least_return=...).",
+                "Give it to Success or NaturalMethod: half of what the expert returns at home is "
+                "a start.",
             )
         return self

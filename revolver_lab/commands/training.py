@@ -6,15 +6,14 @@ from collections.abc import Callable
 import numpy as np
 
 import revolver_lab as rvl
+from revolver_lab.commands.natural import natural, suited
 from revolver_lab.commands.parts import Arguments, policy_of, shown, training, wrote
 from revolver_lab.errors import SettingsError
 from revolver_lab.experts import Stage, course_learner
-from revolver_lab.methods import Member, method
-from revolver_lab.natural_log import Iteration
-from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod
-from revolver_lab.natural_population import NaturalPopulation
+from revolver_lab.methods import method
+from revolver_lab.natural_methods import NATURAL_METHODS
 from revolver_lab.policies import Policy
-from revolver_lab.progress import ProgressLines, describe_iteration
+from revolver_lab.progress import ProgressLines
 from revolver_lab.recorder import Progress
 from revolver_lab.robots import registry
 from revolver_lab.runs import Plan, Run, Status
@@ -58,7 +57,7 @@ def transfer(arguments: Arguments) -> int:
 def _one(arguments: Arguments) -> int:
     """One learner, into a folder of its own."""
     if arguments.method in NATURAL_METHODS:
-        return _natural(arguments, NATURAL_METHODS[arguments.method])
+        return natural(arguments, NATURAL_METHODS[arguments.method])
     chosen = method(arguments.method or "revolver")
     expert = policy_of(arguments.name, arguments.policy) if chosen.expert else None
     log = rvl.transfer(
@@ -68,27 +67,6 @@ def _one(arguments: Arguments) -> int:
     print(f"{chosen.name} on {log.robot}: {log.steps} steps, {log.wall_time:.0f} s")
     for found in log.evaluations[-1:]:
         print(f"mean return on the target {found.mean:.4g}")
-    return wrote(arguments.out)
-
-
-def _natural(arguments: Arguments, chosen: NaturalMethod) -> int:
-    """One learner by natural policy gradient, into a folder of its own."""
-    lines = ProgressLines(sys.stderr)
-
-    def report(_: Member, made: Iteration) -> None:
-        lines.write([describe_iteration(chosen.name, made)])
-
-    expert = policy_of(arguments.name, arguments.policy) if chosen.needs_expert else None
-    population = NaturalPopulation(
-        arguments.name, [Member(method=chosen, seed=arguments.seed or 0)], expert=expert,
-        steps=arguments.steps, task=arguments.task, nthread=0, report=report,
-    )  # fmt: skip
-    population.run()
-    log = population.results()[0]
-    print(f"{chosen.name} on {log.robot}: {len(log.iterations)} iterations, {log.steps} steps, "
-          f"{log.wall_time:.0f} s; success on the target {log.success:.2f}")  # fmt: skip
-    if arguments.out is not None:
-        log.save(arguments.out)
     return wrote(arguments.out)
 
 
@@ -118,7 +96,10 @@ def _plan(arguments: Arguments) -> tuple[Plan, Policy | None]:
         folder = arguments.plan.parent if arguments.plan.name == CONFIG else arguments.plan
         plan = read_plan(folder)
     else:
-        plan = Plan(robot=arguments.name, methods=arguments.methods or ["revolver"],
+        names = arguments.methods or ["revolver"]
+        methods = [suited(arguments, NATURAL_METHODS[name]) if name in NATURAL_METHODS else name
+                   for name in names]  # fmt: skip
+        plan = Plan(robot=arguments.name, methods=methods,
                     seeds=[0] if arguments.seeds is None else arguments.seeds,
                     steps=arguments.steps, task=arguments.task,
                     expert=_hash(arguments))  # fmt: skip

@@ -143,7 +143,7 @@ def check_natural(plan: "Plan", env: "RobotVectorEnv") -> None:
         env: A simulation of its robot.
     """
     for each in plan.methods:
-        Success(least_return=each.least_return).check(env)  # type: ignore[union-attr]
+        Success(least_return=each.least_return).check(env.task)  # type: ignore[union-attr]
 
 
 def _several(value: Any) -> bool:

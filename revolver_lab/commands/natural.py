@@ -1,0 +1,59 @@
+"""Transfers by natural policy gradient, on tasks with a goal and without."""
+
+import sys
+
+from revolver_lab.commands.parts import Arguments, policy_of, wrote
+from revolver_lab.evaluation import evaluate
+from revolver_lab.experts import home_return
+from revolver_lab.methods import Member
+from revolver_lab.natural_log import Iteration
+from revolver_lab.natural_methods import NaturalMethod, natural_fitted
+from revolver_lab.natural_population import NaturalPopulation
+from revolver_lab.progress import ProgressLines, describe_iteration
+from revolver_lab.robots import registry
+
+_EPISODES = 20
+_SEED = 3_000_000  # of the episodes that tell what an expert returns: no training sees them
+
+
+def natural(arguments: Arguments, row: NaturalMethod) -> int:
+    """Trains one learner, into a folder of its own."""
+    lines, chosen = ProgressLines(sys.stderr), suited(arguments, row)
+
+    def report(_: Member, made: Iteration) -> None:
+        lines.write([describe_iteration(chosen.name, made)])
+
+    expert = policy_of(arguments.name, arguments.policy) if chosen.needs_expert else None
+    population = NaturalPopulation(
+        arguments.name, [Member(method=chosen, seed=arguments.seed or 0)], expert=expert,
+        steps=arguments.steps, task=arguments.task, nthread=0, report=report,
+    )  # fmt: skip
+    population.run()
+    log = population.results()[0]
+    print(f"{chosen.name} on {log.robot}: {len(log.iterations)} iterations, {log.steps} steps, "
+          f"{log.wall_time:.0f} s; success on the target {log.success:.2f}")  # fmt: skip
+    if arguments.out is not None:
+        log.save(arguments.out)
+    return wrote(arguments.out)
+
+
+def suited(arguments: Arguments, row: NaturalMethod) -> NaturalMethod:
+    """Returns a method of the table as the task needs it: one without a goal asks for a return.
+
+    Half of what the expert returns at home counts as a success. Where its card does not say that
+    of this task, it plays.
+    """
+    task = registry.get(arguments.name).make_task(arguments.task)
+    if task.goal_steps is not None:
+        return row
+    shipped = arguments.policy == "expert"
+    home = home_return(arguments.name, arguments.task) if shipped else None
+    if home is None and (row.needs_expert or not shipped):
+        expert = policy_of(arguments.name, arguments.policy)
+        home = float(evaluate(expert, arguments.name, 0.0, _EPISODES, seed=_SEED,
+                              task=arguments.task).mean())  # fmt: skip
+    made = natural_fitted(row, task.episode_steps, home)
+    if home is not None:
+        print(f"The expert returns {home:.4g} on the source: from half of that on, an episode "
+              "counts as a success.", file=sys.stderr)  # fmt: skip
+    return made

@@ -1,0 +1,75 @@
+"""Natural transfers by command, on tasks without a goal: half of home is a success."""
+
+import argparse
+import dataclasses
+
+import numpy as np
+import pytest
+
+import revolver_lab as rvl
+from revolver_lab import cli, natural_population
+from revolver_lab.commands import natural as commands
+from revolver_lab.errors import SettingsError
+from revolver_lab.evaluation import evaluate
+from revolver_lab.experts import load_expert
+from revolver_lab.methods import Member
+from revolver_lab.natural_methods import NATURAL_METHODS, natural_fitted
+from revolver_lab.natural_population import NaturalPopulation
+from revolver_lab.policies import Policy
+from revolver_lab.runs import Plan
+
+NAME = "cheetah-segment"
+ROW = NATURAL_METHODS["npg-direct"]
+
+
+def asked(name=NAME, policy="expert", task=None):
+    return argparse.Namespace(name=name, policy=policy, task=task)
+
+
+def test_one_learner_and_a_run_of_them_have_the_same_method():
+    (planned,) = Plan(robot=NAME, methods=["npg-direct"], seeds=[0]).methods
+    assert commands.suited(asked(), ROW) == planned
+    assert planned.least_return == load_expert(NAME).card.episode_return / 2
+
+
+def test_a_task_with_a_goal_leaves_the_method_as_it_is():
+    assert commands.suited(asked("adroit-door", task="dense"), ROW) is ROW
+
+
+def test_of_another_reward_the_expert_plays_to_tell_what_it_returns(capsys):
+    found = commands.suited(asked(task="dense"), ROW)
+    home = evaluate(load_expert(NAME), NAME, 0.0, 20, seed=3_000_000, task="dense").mean()
+    assert found.least_return == home / 2
+    assert f"returns {home:.4g} on the source" in capsys.readouterr().err
+
+
+def test_an_expert_of_ones_own_is_judged_by_its_own_return(tmp_path):
+    shipped = load_expert(NAME)
+    weights = {name: np.zeros_like(w) for name, w in shipped.weights.items()}
+    card = dataclasses.replace(shipped.card, episode_return=1e6)  # which nobody believes
+    own = dataclasses.replace(shipped, weights=weights, card=card)
+    own.save(tmp_path / "lazy.safetensors")
+    with pytest.raises(SettingsError, match=r"returns 0 at home.*more than 0"):
+        commands.suited(asked(policy=str(tmp_path / "lazy.safetensors")), ROW)
+
+
+@pytest.mark.parametrize("home", [0.0, -12.5])
+def test_half_of_nothing_is_no_success(home):
+    with pytest.raises(SettingsError, match="least_return of its own"):
+        natural_fitted(ROW, 200, home)
+
+
+def test_without_a_measure_of_success_it_is_refused_before_the_expert_plays(monkeypatch):
+    monkeypatch.setattr(natural_population, "record", lambda *_, **__: pytest.fail("it played"))
+    for row in ("npg-direct", "soil"):
+        with pytest.raises(SettingsError, match="half of what the expert returns at home"):
+            NaturalPopulation(NAME, [Member(method=NATURAL_METHODS[row], seed=0)],
+                              expert=load_expert(NAME))  # fmt: skip
+
+
+def test_a_command_trains_one_learner_where_nothing_tells_success(tmp_path, capsys):
+    words = ["transfer", NAME, "--method", "npg-scratch", "--steps", "1", "-o", str(tmp_path)]
+    assert cli.main(words) == 0
+    assert "npg-scratch on cheetah-segment: 1 iterations" in capsys.readouterr().out
+    policy = Policy.load(tmp_path / "policy.safetensors")
+    assert rvl.evaluate(policy, NAME, 1.0, 1).shape == (1, 1)
