@@ -42,6 +42,9 @@ _CHEETAH = (
 )  # fmt: skip
 
 _KEEN = dataclasses.replace(COURSE, updates=2, ent_coef="auto_0.1")
+# An update for every transition, on large batches: with _KEEN an Ant was at some 500 after as many.
+_EAGER = dataclasses.replace(COURSE, updates=8, batch_size=256, ent_coef="auto_0.1",
+                             learning_starts=5_000, buffer_size=400_000)  # fmt: skip
 
 RECIPES: Mapping[str, tuple[Stage, ...]] = {
     "cheetah-front-leg": _CHEETAH,
@@ -52,6 +55,7 @@ RECIPES: Mapping[str, tuple[Stage, ...]] = {
         Stage(task="dense", steps=32_000, learner=_KEEN),
         Stage(task="sparse", steps=12_000, learner=_KEEN),
     ),
+    "ant-length-mass": (Stage(task="dense", steps=400_000, learner=_EAGER),),
 }
 """Robot -> how its expert is trained; the cheetahs share one source and so one expert."""
 
