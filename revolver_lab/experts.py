@@ -56,6 +56,7 @@ RECIPES: Mapping[str, tuple[Stage, ...]] = {
         Stage(task="sparse", steps=12_000, learner=_KEEN),
     ),
     "ant-length-mass": (Stage(task="dense", steps=400_000, learner=_EAGER),),
+    "ant-leg-emerge": (),  # the Ant's expert, lifted
 }
 """Robot -> how its expert is trained; the cheetahs share one source and so one expert."""
 
@@ -69,10 +70,22 @@ def _lifted_cheetah() -> Policy:
     return expert.lifted(columns.tolist(), observations, rows.tolist(), actions)
 
 
+def _lifted_ant() -> Policy:
+    """Returns the Ant's expert for the Ant with feet, by zero insertion."""
+    from revolver_lab.robots.ant import ant_places
+
+    columns, observations, rows, actions = ant_places()
+    expert = load_expert("ant-length-mass")
+    return expert.lifted(columns.tolist(), observations, rows.tolist(), actions)
+
+
 LEARNERS: Mapping[str, LearnerSettings] = {"ball-in-cup-weak-motors": _KEEN}
 """Robot -> what transfers on it learn with, where that is not the course's."""
 
-STARTS: Mapping[str, Callable[[], Policy]] = {"cheetah-segment": _lifted_cheetah}
+STARTS: Mapping[str, Callable[[], Policy]] = {
+    "cheetah-segment": _lifted_cheetah,
+    "ant-leg-emerge": _lifted_ant,
+}
 """Robot -> what its expert's training begins with; the others begin from scratch."""
 
 _EVALUATE_EVERY = 4_000  # [steps]
@@ -134,7 +147,7 @@ def home_return(name: str, task: str | None = None) -> float | None:
         task: The reward; the card speaks of the robot's first, which is None.
 
     Example:
-        >>> home_return("cheetah-segment"), home_return("ant-leg-emerge")
+        >>> home_return("cheetah-segment"), home_return("humanoid-length-mass")
         (160.5, None)
     """
     if not _expert_file(name).is_file() or task not in (None, registry.get(name).usual_task):

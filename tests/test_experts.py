@@ -4,6 +4,7 @@ import dataclasses
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from revolver_lab.errors import PolicyFileError, SettingsError, UnknownNameError
@@ -18,6 +19,8 @@ from revolver_lab.experts import (
 )
 from revolver_lab.learners.settings import COURSE
 from revolver_lab.policies import Policy
+from revolver_lab.robots import registry
+from revolver_lab.robots.ant import ant_places
 
 CHEETAHS = ["cheetah-front-leg", "cheetah-short-legs", "cheetah-long-legs"]
 
@@ -47,6 +50,31 @@ def test_the_segments_expert_is_the_cheetahs_lifted_and_as_good():
     shipped = load_expert("cheetah-segment")
     assert all((shipped.weights[key] == array).all() for key, array in expected.weights.items())
     assert abs(shipped.card.episode_return - load_expert(CHEETAHS[0]).card.episode_return) < 5
+
+
+@pytest.fixture(scope="module")
+def walks():
+    """Returns of the Ant's expert: on its source, on its target, and with feet of no size."""
+    source, target = evaluate(load_expert("ant-length-mass"), "ant-length-mass", [0.0, 1.0],
+                              episodes=12, seed=5)  # fmt: skip
+    feet = evaluate(load_expert("ant-leg-emerge"), "ant-leg-emerge", 0.0, episodes=12, seed=5)[0]
+    return source, target, feet
+
+
+def test_the_ants_expert_is_as_good_with_feet_of_no_size(walks):
+    expected = load_expert("ant-length-mass").lifted(*ant_places())
+    shipped = load_expert("ant-leg-emerge")
+    assert all((shipped.weights[key] == array).all() for key, array in expected.weights.items())
+    source, _, feet = walks
+    error = np.hypot(source.std(), feet.std()) / np.sqrt(12)
+    assert abs(source.mean() - feet.mean()) < 3 * error
+
+
+def test_the_ants_expert_walks_on_the_source_and_not_on_legs_of_other_lengths(walks):
+    source, target, _ = walks
+    # 1000 is all that an Ant can get without moving forward.
+    assert np.quantile(source, 0.75) > 1000
+    assert target.mean() < 0
 
 
 def test_every_robot_at_course_scale_has_an_expert_that_its_learners_can_take_over():
@@ -94,7 +122,8 @@ def test_an_expert_that_is_not_shipped_or_known_is_refused():
 
 
 def test_recipes_end_on_the_reward_of_the_transfer():
-    assert all(stages[-1].task == "sparse" for stages in RECIPES.values() if stages)
+    for name, stages in RECIPES.items():
+        assert not stages or stages[-1].task == registry.get(name).usual_task
 
 
 @pytest.mark.slow
