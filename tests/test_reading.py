@@ -218,6 +218,28 @@ def test_a_urdf_that_leaves_its_package_is_refused(tmp_path, mesh, manifest, mes
         read_robot(ros_package(tmp_path / "my_robot", mesh, manifest))
 
 
+def test_what_a_urdf_says_to_mujoco_stays_in_its_folder_too(tmp_path):
+    urdf = ros_package(tmp_path / "my_robot", "package://my_robot/meshes/base.obj")
+    asset = "<mujoco><asset><texture name='t' file='/etc/hostname'/></asset></mujoco></robot>"
+    urdf.write_text(urdf.read_text().replace("</robot>", asset))
+    with pytest.raises(RobotFileError, match="'/etc/hostname', outside its folder"):
+        read_robot(urdf)
+
+
+@pytest.mark.parametrize("compiler", ["meshdir='../meshes'", "meshdir='..' strippath='false'",
+                                      "meshdir='../meshes' strippath='true'"])  # fmt: skip
+def test_a_urdf_may_say_where_its_meshes_are_within_its_package(tmp_path, compiler):
+    name = "meshes/base.obj" if "'..'" in compiler else "base.obj"
+    name = "elsewhere/base.obj" if "'true'" in compiler else name
+    urdf = ros_package(tmp_path / "src", name, "my_robot")
+    settings = f"<mujoco><compiler {compiler}/></mujoco></robot>"
+    urdf.write_text(urdf.read_text().replace("</robot>", settings))
+    assert read_robot(urdf).compile().nmesh == 1
+    (tmp_path / "src" / "package.xml").unlink()
+    with pytest.raises(RobotFileError, match="outside its folder"):
+        read_robot(urdf)
+
+
 def test_the_two_robots_of_a_path_may_come_from_two_packages(tmp_path):
     one, other = (
         ros_package(tmp_path / name, f"package://{name}/meshes/base.obj") for name in ("a", "b")

@@ -143,6 +143,7 @@ def test_a_driven_ball_joint_cannot_be_turned_round():
         reroot(read_robot(driven), "arm")
 
 
+@pytest.mark.filterwarnings("ignore:Inertia matrix")  # a ball and a hinge turn the same body
 def test_a_ball_before_another_joint_of_its_body_cannot_be_turned_round():
     shared = world(arm("<joint name='turn'/><joint name='hip' type='ball'/>",
                        "<body name='hand'><geom name='i' size='.1'/></body>"))  # fmt: skip

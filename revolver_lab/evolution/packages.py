@@ -61,7 +61,7 @@ def mesh_file(path: Path, name: str, meshdir: str, where: str) -> Path:
         inside(package_folder(path) or folder, name if "://" in name else str(file), where, name)
         return file
     package, _, rest = name.removeprefix(SCHEME).partition("/")
-    folder = package_folder(path, package)
+    folder = package_folder(path, package) if package else None
     if folder is None:
         raise RobotFileError(
             f"{where} names {name!r}",

@@ -72,7 +72,7 @@ def _from_text(text: str) -> mujoco.MjSpec:
     where = "the XML text"
     data = text.lstrip("\ufeff \t\r\n").encode()
     found = screen(data, where)
-    for name in found.includes + found.files + found.visuals:
+    for name in found.includes + found.files + found.meshes + found.visuals:
         raise RobotFileError(
             f"{where} names the file {name!r}",
             "text that stands alone",
@@ -88,12 +88,13 @@ def _from_path(path: str | Path) -> mujoco.MjSpec:
     folder = path.parent.resolve()
     found = screen(data, where)
     _follow_includes(found, folder, where)
-    if found.kind == "robot":
-        return _parse(_with_whole_paths(data.decode(), path, where), found, where, folder)
-    for base in ["", *found.folders]:
+    urdf = found.kind == "robot"
+    for base in ["", *([] if urdf else found.folders)]:
         inside(folder, base, where)
         for name in found.files:
             inside(folder, os.path.join(base, name), where)
+    if urdf:
+        return _parse(_with_whole_paths(data.decode(), path, where), found, where, folder)
     try:
         return mujoco.MjSpec.from_file(str(path))
     except (ValueError, mujoco.FatalError) as error:

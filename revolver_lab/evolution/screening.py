@@ -37,13 +37,15 @@ class Screened:
         includes: Files that it includes, as written.
         files: Other files that it names, as written.
         folders: Asset folders that it sets, as written.
-        visuals: Mesh files that a URDF only draws, as written.
+        meshes: Mesh files with which a URDF collides, as written.
+        visuals: Those that it only draws.
     """
 
     kind: str = ""
     includes: list[str] = field(default_factory=list)
     files: list[str] = field(default_factory=list)
     folders: list[str] = field(default_factory=list)
+    meshes: list[str] = field(default_factory=list)
     visuals: list[str] = field(default_factory=list)
 
 
@@ -166,7 +168,7 @@ class _Reader:
         for name, value in attributes.items():
             if name == "filename" and tag == "mesh":
                 drawn = "visual" in self._path
-                (self.found.visuals if drawn else self.found.files).append(value)
+                (self.found.visuals if drawn else self.found.meshes).append(value)
             elif name == "file":
                 (self.found.includes if tag == "include" else self.found.files).append(value)
             elif name.startswith("file"):
