@@ -173,3 +173,27 @@ def test_bad_cameras_poses_and_alphas_are_refused(evolve):
         with pytest.raises(AlphaError):
             stage.frame(1.5)
         assert stage.frame(0.5, camera=0).shape == (72, 96, 3)
+
+
+@pytest.mark.parametrize("name", ["ant-length-mass", "humanoid-length-mass"])
+def test_a_robot_that_has_walked_beyond_the_end_of_its_floor_still_stands_on_it(name):
+    evolve = rvl.load(name)
+    model = evolve.model(0.0)
+    (floor,) = poses.floors(model)
+    tile = 2 * model.geom_size[floor, 0] / model.mat_texrepeat[model.geom_matid[floor], 0]
+    far = model.qpos0.copy()
+    far[:2] += np.array([90, -70]) * tile  # the floor ends after 30 tiles
+    with Stage(evolve, **SIZE) as stage:
+        stage.effects(False)
+        at_home, there = (stage.frame(0.0, qpos).astype(int) for qpos in (model.qpos0, far))
+    assert np.abs(at_home - there).mean() < 1
+
+
+def test_a_floor_without_a_texture_follows_as_it_is():
+    floor = "<worldbody><geom type='plane' size='2 2 .1' rgba='.3 .5 .3 1'/></worldbody>"
+    with Stage(crab(more=floor), **SIZE) as stage:
+        home = stage.model.qpos0.copy()
+        away = home + np.array([50.0, 0, 0, 0, 0, 0, 0, 0])
+        stage.effects(False)
+        pictures = [stage.frame(qpos=qpos).astype(int) for qpos in (home, away)]
+    assert np.abs(pictures[0] - pictures[1]).mean() < 1

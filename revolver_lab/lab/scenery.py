@@ -15,7 +15,7 @@ _GRID_LINES = 24
 
 
 class Scenery:
-    """Adds to a scene what the model lacks, after each mjv_updateScene.
+    """Adds to a scene what the model lacks, after each mjv_updateScene, and lets no floor end.
 
     Args:
         model: The robot; only looked at.
@@ -24,7 +24,10 @@ class Scenery:
 
     def __init__(self, model: mujoco.MjModel, radius: float):
         self._sky = not (model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX).any()
-        self._floor = not poses.floors(model).size
+        floors = poses.floors(model)
+        self._floor = not floors.size
+        self._tiles = {int(floor): _tile(model, floor) for floor in floors
+                       if (model.geom_size[floor, :2] > 0).all()}  # fmt: skip
         self._light = model.nlight == 0
         self._radius = radius
         self._spacing = _round_length(radius)
@@ -37,12 +40,27 @@ class Scenery:
             centre: Where the robot is, (3,) [m].
             ground: Height of a floor of ours [m].
         """
+        if self._tiles:
+            self._follow(scene, centre)
         if self._sky:
             _backdrop(scene)
         if self._floor:
             self._ground(scene, centre, ground)
         if self._light:
             _sun(scene, centre, 3 * self._radius)
+
+    def _follow(self, scene: mujoco.MjvScene, centre: np.ndarray) -> None:
+        """Move floors along under a robot that has come far, by whole tiles of their texture.
+
+        A plane is drawn as large as its size says, and touches without end.
+        """
+        for geom in scene.geoms[: scene.ngeom]:
+            if geom.objtype != mujoco.mjtObj.mjOBJ_GEOM or geom.objid not in self._tiles:
+                continue
+            away = (geom.mat.T @ (centre - geom.pos))[:2]
+            if (np.abs(away) > geom.size[:2] / 2).any():
+                tile = self._tiles[geom.objid]
+                geom.pos += geom.mat[:, :2] @ (np.round(away / tile) * tile)
 
     def _ground(self, scene: mujoco.MjvScene, centre: np.ndarray, height: float) -> None:
         """A floor with a grid that stays put while the camera moves along."""
@@ -56,6 +74,15 @@ class Scenery:
             _geom(scene, mujoco.mjtGeom.mjGEOM_BOX, long, place, LINE)
             place, long = (x, y + offset, height), (half, thin, thin / 4)
             _geom(scene, mujoco.mjtGeom.mjGEOM_BOX, long, place, LINE)
+
+
+def _tile(model: mujoco.MjModel, floor: int) -> np.ndarray:
+    """After which lengths the texture of a floor repeats, (2,) [m]."""
+    material = model.geom_matid[floor]
+    if material < 0 or (model.mat_texid[material] < 0).all():
+        return np.full(2, 1e-3)
+    whole = 1.0 if model.mat_texuniform[material] else 2 * model.geom_size[floor, :2]
+    return whole / model.mat_texrepeat[material]
 
 
 def _round_length(length: float) -> float:
