@@ -187,13 +187,3 @@ def test_a_robot_that_has_walked_beyond_the_end_of_its_floor_still_stands_on_it(
         stage.effects(False)
         at_home, there = (stage.frame(0.0, qpos).astype(int) for qpos in (model.qpos0, far))
     assert np.abs(at_home - there).mean() < 1
-
-
-def test_a_floor_without_a_texture_follows_as_it_is():
-    floor = "<worldbody><geom type='plane' size='2 2 .1' rgba='.3 .5 .3 1'/></worldbody>"
-    with Stage(crab(more=floor), **SIZE) as stage:
-        home = stage.model.qpos0.copy()
-        away = home + np.array([50.0, 0, 0, 0, 0, 0, 0, 0])
-        stage.effects(False)
-        pictures = [stage.frame(qpos=qpos).astype(int) for qpos in (home, away)]
-    assert np.abs(pictures[0] - pictures[1]).mean() < 1

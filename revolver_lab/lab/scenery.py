@@ -26,8 +26,11 @@ class Scenery:
         self._sky = not (model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX).any()
         floors = poses.floors(model)
         self._floor = not floors.size
-        self._tiles = {int(floor): _tile(model, floor) for floor in floors
-                       if (model.geom_size[floor, :2] > 0).all()}  # fmt: skip
+        self._tiles = {
+            int(floor): _tile(model, floor)
+            for floor in floors
+            if (model.geom_size[floor, :2] > 0).all() and _textured(model, floor)
+        }
         self._light = model.nlight == 0
         self._radius = radius
         self._spacing = _round_length(radius)
@@ -76,11 +79,15 @@ class Scenery:
             _geom(scene, mujoco.mjtGeom.mjGEOM_BOX, long, place, LINE)
 
 
+def _textured(model: mujoco.MjModel, floor: int) -> bool:
+    """Whether a floor has a texture; without one MuJoCo draws it without end."""
+    material = model.geom_matid[floor]
+    return material >= 0 and bool((model.mat_texid[material] >= 0).any())
+
+
 def _tile(model: mujoco.MjModel, floor: int) -> np.ndarray:
     """After which lengths the texture of a floor repeats, (2,) [m]."""
     material = model.geom_matid[floor]
-    if material < 0 or (model.mat_texid[material] < 0).all():
-        return np.full(2, 1e-3)
     whole = 1.0 if model.mat_texuniform[material] else 2 * model.geom_size[floor, :2]
     return whole / model.mat_texrepeat[material]
 
