@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from revolver_lab.errors import SettingsError, UnknownNameError
 from revolver_lab.gates import EvaluatedGate, Gate, SampledGate, SteppedGate, gate_from_json
@@ -10,7 +10,10 @@ from revolver_lab.given import is_whole, require
 from revolver_lab.learners.natural.algorithms import ALGORITHMS, IMITATORS
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
 from revolver_lab.methods import look_up
-from revolver_lab.trajectories import Success
+from revolver_lab.trajectories import Success, half_of_home
+
+if TYPE_CHECKING:
+    from revolver_lab.tasks.base import Task
 
 _XI = SampledGate.xi
 _EPISODES = 25  # of the teacher, as many as people recorded for DAPG
@@ -133,35 +136,31 @@ NATURAL_METHODS: Mapping[str, NaturalMethod] = {row.name: row for row in _ROWS}
 """Every natural method by name; xi, h and the step that a name does not tell are the pilot's."""
 
 
-def natural_fitted(method: NaturalMethod, episode_steps: int, home: float | None) -> NaturalMethod:
+def natural_fitted(method: NaturalMethod, task: "Task", home: float | None) -> NaturalMethod:
     """Returns a method of the table for a task that tells no success, the cheetahs' for example.
 
-    The table is written for the hand, whose tasks have a goal. Without one a success is half of
-    what the expert returns at home. Returns are of whole episodes, and so are the trajectories:
-    as many that a batch takes as many steps as before.
+    The table is written for the hand, whose tasks have a goal. Without one, what counts is
+    `half_of_home`. Returns are of whole episodes, and so are the trajectories: as many that a
+    batch takes as many steps as before.
 
     Args:
         method: One of `NATURAL_METHODS`.
-        episode_steps: Steps of an episode that does not end early [steps].
+        task: What the episodes are of.
         home: What the expert returns on the source, unshaped; None where nobody knows.
 
     Raises:
-        SettingsError: If the expert returns 0 or less there: half of it would be no success.
+        SettingsError: If the expert returns no more there than a robot that does nothing.
 
     Example:
-        >>> fitted = natural_fitted(NATURAL_METHODS["soil"], 200, 160.0)
+        >>> from revolver_lab.tasks.running import SpeedTrap
+        >>> fitted = natural_fitted(NATURAL_METHODS["soil"], SpeedTrap(), 160.0)
         >>> fitted.least_return, fitted.settings.length, fitted.settings.trajectories
         (80.0, 200, 19)
     """
-    if home is not None and home <= 0:
-        raise SettingsError(
-            f"an expert that returns {home:.4g} at home", "more than 0, half of which is a success",
-            "Train it longer, or give the NaturalMethod a least_return of its own.",
-        )  # fmt: skip
     usual = method.settings
-    trajectories = max(round(usual.trajectories * usual.length / episode_steps), 1)
-    settings = dataclasses.replace(usual, trajectories=trajectories, length=episode_steps)
-    least = None if home is None else home / 2
+    trajectories = max(round(usual.trajectories * usual.length / task.episode_steps), 1)
+    settings = dataclasses.replace(usual, trajectories=trajectories, length=task.episode_steps)
+    least = None if home is None else half_of_home(home, task.idle_return)
     return dataclasses.replace(method, settings=settings, least_return=least)
 
 

@@ -89,6 +89,31 @@ def sample(env: "RobotVectorEnv", act: Act, length: int) -> Trajectories:
                         goal_steps=goals)  # fmt: skip
 
 
+def half_of_home(home: float, idle: float = 0.0) -> float:
+    """Returns from which unshaped return on an episode of a task without a goal is a success.
+
+    Half of what the expert gains on its own robot over one that does nothing.
+
+    Args:
+        home: What the expert returns there.
+        idle: What a robot returns that does nothing, `Task.idle_return`.
+
+    Raises:
+        SettingsError: If the expert gains nothing: half of that would be no success.
+
+    Example:
+        >>> half_of_home(160.0), half_of_home(3000.0, idle=1000.0)
+        (80.0, 2000.0)
+    """
+    if home <= idle:
+        raise SettingsError(
+            f"an expert that returns {home:.4g} at home",
+            f"more than the {idle:.4g} of a robot that does nothing: half of that is a success",
+            "Train it longer, or give the NaturalMethod a least_return of its own.",
+        )
+    return (home + idle) / 2
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Success:
     """When a trajectory counts as a success.

@@ -16,7 +16,10 @@ from revolver_lab.methods import Member
 from revolver_lab.natural_methods import NATURAL_METHODS, natural_fitted
 from revolver_lab.natural_population import NaturalPopulation
 from revolver_lab.policies import Policy
+from revolver_lab.robots import registry
 from revolver_lab.runs import Plan
+from revolver_lab.tasks.locomotion import AntRun
+from revolver_lab.tasks.running import SpeedTrap
 
 NAME = "cheetah-segment"
 ROW = NATURAL_METHODS["npg-direct"]
@@ -49,14 +52,41 @@ def test_an_expert_of_ones_own_is_judged_by_its_own_return(tmp_path):
     card = dataclasses.replace(shipped.card, episode_return=1e6)  # which nobody believes
     own = dataclasses.replace(shipped, weights=weights, card=card)
     own.save(tmp_path / "lazy.safetensors")
-    with pytest.raises(SettingsError, match=r"returns 0 at home.*more than 0"):
+    with pytest.raises(SettingsError, match=r"returns 0 at home.*more than the 0"):
         commands.suited(asked(policy=str(tmp_path / "lazy.safetensors")), ROW)
 
 
 @pytest.mark.parametrize("home", [0.0, -12.5])
 def test_half_of_nothing_is_no_success(home):
     with pytest.raises(SettingsError, match="least_return of its own"):
-        natural_fitted(ROW, 200, home)
+        natural_fitted(ROW, SpeedTrap(), home)
+
+
+def test_an_ant_that_stands_still_has_no_success_and_neither_has_an_expert_that_does():
+    assert natural_fitted(ROW, AntRun(), 3000.0).least_return == 2000
+    with pytest.raises(SettingsError, match="more than the 1000 of a robot that does nothing"):
+        natural_fitted(ROW, AntRun(), 990.0)
+
+
+WITHOUT_A_GOAL = [
+    (name, reward)
+    for name in registry.names()
+    for reward, task in registry.get(name).tasks.items()
+    if task().goal_steps is None
+]
+
+
+@pytest.mark.parametrize(("name", "reward"), WITHOUT_A_GOAL)
+def test_doing_nothing_returns_no_more_than_the_task_says(name, reward):
+    env = rvl.make_vec_env(name, 4, task=reward, seed=0, autoreset_mode="NextStep")
+    env.reset()
+    total, alive = np.zeros(4), np.ones(4, bool)
+    for _ in range(env.task.episode_steps):
+        _, rewards, ended, cut, _ = env.step(np.zeros(env.action_space.shape))
+        total += rewards * alive
+        alive &= ~(ended | cut)
+    assert total.max() <= 1.05 * env.task.idle_return + 1  # it may start with some speed
+    env.close()
 
 
 def test_without_a_measure_of_success_it_is_refused_before_the_expert_plays(monkeypatch):

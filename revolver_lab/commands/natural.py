@@ -52,8 +52,8 @@ def suited(arguments: Arguments, row: NaturalMethod) -> NaturalMethod:
         expert = policy_of(arguments.name, arguments.policy)
         home = float(evaluate(expert, arguments.name, 0.0, _EPISODES, seed=_SEED,
                               task=arguments.task).mean())  # fmt: skip
-    made = natural_fitted(row, task.episode_steps, home)
+    made = natural_fitted(row, task, home)
     if home is not None:
-        print(f"The expert returns {home:.4g} on the source: from half of that on, an episode "
-              "counts as a success.", file=sys.stderr)  # fmt: skip
+        print(f"The expert returns {home:.4g} on the source: from {made.least_return:.4g} on, an "
+              "episode counts as a success.", file=sys.stderr)  # fmt: skip
     return made

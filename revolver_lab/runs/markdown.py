@@ -5,7 +5,7 @@ import math
 from revolver_lab import stats
 from revolver_lab.runs.natural_summary import GOOD, is_natural, natural_rows
 from revolver_lab.runs.results import Results
-from revolver_lab.runs.summary import SUCCESS
+from revolver_lab.runs.summary import success_return
 
 _RETURNS = "| method | return on E(1), mean over seeds (95 % interval) | above half of home |"
 _SUCCESSES = (
@@ -41,7 +41,7 @@ def _successes(results: Results) -> list[str]:
 
 def _returns(results: Results) -> list[str]:
     """Returns the table of the other methods."""
-    least = SUCCESS * (results.expert_return or math.inf)
+    least = success_return(results) or math.inf
     lines = [_RETURNS, "|---|---|---|"]
     for method, scores in results.scores().items():
         found = stats.interval(scores, "mean")

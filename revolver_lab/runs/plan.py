@@ -221,7 +221,7 @@ def _named(
         return fitted(row, made.episode_steps)
     if made.goal_steps is not None:
         return row
-    return natural_fitted(row, made.episode_steps, home_return(robot, task))
+    return natural_fitted(row, made, home_return(robot, task))
 
 
 def _natural(methods: Sequence[Method | NaturalMethod]) -> bool:

@@ -3,11 +3,27 @@
 from typing import Any
 
 from revolver_lab import stats
+from revolver_lab.robots import registry
 from revolver_lab.runs.natural_summary import describe_natural, is_natural, natural_rows
 from revolver_lab.runs.results import Results
+from revolver_lab.trajectories import half_of_home
 
-SUCCESS = 0.5
-"""A learner succeeds with this fraction of what the expert earns on its own robot, at least."""
+
+def success_return(results: Results) -> float | None:
+    """Returns from which mean return on the target on a learner succeeds: half of home.
+
+    Args:
+        results: Of a run, or of several put together.
+
+    Returns:
+        See `half_of_home`; None where it is not known what the expert returns at home, or where
+        that is no more than a robot returns that does nothing.
+    """
+    idle = 0.0
+    if results.robot in registry.names():
+        idle = registry.get(results.robot).make_task().idle_return
+    home = results.expert_return
+    return None if home is None or home <= idle else half_of_home(home, idle)
 
 
 def rows(results: Results, threshold: float | None = None) -> list[dict[str, Any]]:
@@ -24,8 +40,7 @@ def rows(results: Results, threshold: float | None = None) -> list[dict[str, Any
     """
     if is_natural(results):
         return natural_rows(results)
-    if threshold is None and (results.expert_return or 0) > 0:
-        threshold = SUCCESS * (results.expert_return or 0)
+    threshold = success_return(results) if threshold is None else threshold
     return [_row(results, method, threshold) for method in results.methods]
 
 

@@ -50,6 +50,8 @@ class Task(ABC, Generic[S]):
         episode_steps: Environment steps until the episode is truncated.
         goal_steps: An episode is a success if the goal holds in more steps than this; None for
             a task without a goal.
+        idle_return: What an episode returns at the most to a robot that does nothing: the least
+            that a success has to exceed, where returns have to tell it.
         observation_size: O, known after ``bind``.
         step_seconds: Duration of one environment step [s], known after ``bind``.
     """
@@ -60,6 +62,7 @@ class Task(ABC, Generic[S]):
     n_substeps: int = 5
     episode_steps: int = 1000
     goal_steps: int | None = None
+    idle_return: float = 0.0
     observation_size: int = 0
     step_seconds: float = 0.0
 

@@ -7,6 +7,7 @@ from revolver_lab.tasks.base import State, Task, normalized_root
 
 ANT_HEIGHT = (0.2, 1.0)
 """Heights of the torso between which an Ant is up [m]."""
+ANT_ALIVE = 1.0
 ANT_CONTROL_COST = 0.5
 ANT_CONTACT_COST = 5e-4
 ANT_CONTACT_CLIP = 1.0
@@ -72,6 +73,7 @@ class AntRun(Task[WalkerState]):
     fields = ("qpos", "qvel", "ctrl", "cfrc_ext")
     state_class = WalkerState
     needs_derived = True
+    idle_return = ANT_ALIVE * Task.episode_steps
 
     def bind(self, model: mujoco.MjModel) -> None:
         """See ``Task.bind``."""
@@ -94,7 +96,12 @@ class AntRun(Task[WalkerState]):
         """
         forward_speed = (robot.torso_position() - before) / self.step_seconds
         contact = np.square(robot.contact_forces(ANT_CONTACT_CLIP)).sum(axis=1)
-        return forward_speed + 1.0 - ANT_CONTROL_COST * robot.effort() - ANT_CONTACT_COST * contact
+        return (
+            forward_speed
+            + ANT_ALIVE
+            - ANT_CONTROL_COST * robot.effort()
+            - ANT_CONTACT_COST * contact
+        )
 
     def terminated(self, robot: WalkerState) -> np.ndarray:
         """Return which Ants have fallen or flown, (n,) bool."""
@@ -130,6 +137,7 @@ class HumanoidRun(Task[HumanoidState]):
     )
     state_class = HumanoidState
     needs_derived = True
+    idle_return = HUMANOID_ALIVE * Task.episode_steps
 
     def bind(self, model: mujoco.MjModel) -> None:
         """See ``Task.bind``."""
