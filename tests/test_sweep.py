@@ -121,8 +121,11 @@ def test_a_plan_of_natural_methods_comes_back_from_its_file_and_has_no_learner()
         ({"methods": ["npg-direct", METHODS["direct"]]}, "Make a plan for each kind"),
         ({"methods": ["npg-directt"]}, "Did you mean 'npg-direct'"),
         ({"methods": [["npg-direct"]]}, "a list of names and Methods"),
-        ({"robot": "ant-leg-emerge", "methods": ["npg-direct"]}, "expert of 'ant-leg-emerge'"),
-        ({"robot": "ant-leg-emerge", "methods": ["npg-scratch"]}, "least_return = None"),
+        (
+            {"robot": "humanoid-length-mass", "methods": ["npg-direct"]},
+            "expert of .humanoid-length",
+        ),
+        ({"robot": "humanoid-length-mass", "methods": ["npg-scratch"]}, "least_return = None"),
         ({"robot": "cheetah-segment", "methods": ["soil"], "task": "dense"}, "least_return = None"),
     ],
 )
