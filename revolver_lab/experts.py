@@ -55,7 +55,10 @@ RECIPES: Mapping[str, tuple[Stage, ...]] = {
         Stage(task="dense", steps=32_000, learner=_KEEN),
         Stage(task="sparse", steps=12_000, learner=_KEEN),
     ),
-    "ant-length-mass": (Stage(task="dense", steps=400_000, learner=_EAGER),),
+    "ant-length-mass": (
+        Stage(task="dense", steps=400_000, learner=_EAGER),
+        Stage(task="dense", steps=500_000, learner=_EAGER),
+    ),
     "ant-leg-emerge": (),  # the Ant's expert, lifted
 }
 """Robot -> how its expert is trained; the cheetahs share one source and so one expert."""
