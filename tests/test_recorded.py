@@ -24,7 +24,6 @@ NATURAL = [plan for plan in PLANS if plan.learner is None]
 HAND = (ROOT / "docs" / "hand.md").read_text() if NATURAL else ""
 PAGE = (ROOT / "docs" / "results.md").read_text()
 SECTIONS = re.findall(r"^### ([a-z-]+):.*\n((?:.|\n)*?)(?=^### |\Z)", PAGE, re.M)
-FEWER = {"adroit-relocate": 3}  # its page says so; others are still to be trained
 ROW = re.compile(r"\| ([\w.-]+) \| ([\d.]+) \(([\d.]+) to ([\d.]+)\) \| (\d+) of (\d+) \|")
 
 
@@ -35,7 +34,7 @@ def test_a_recorded_run_is_whole_small_and_says_how_to_repeat_it(folder):
     assert folder.name == plan.name  # the hash still names it: the plan reads as it was written
     assert len(results.learners) == len(plan.members)
     natural = plan.learner is None
-    least = FEWER.get(plan.robot, 5) if natural else 10
+    least = 5 if natural else 10
     assert all(len(_seeds(plan, method)) >= least for method in plan.methods)
     assert not card["failures"]
     assert card["command"].startswith("revolver-lab transfer")
