@@ -16,6 +16,7 @@ from revolver_lab.runs.natural_summary import is_natural, natural_rows
 from revolver_lab.runs.recordings import recorded_kinds
 from revolver_lab.runs.results import read_results
 from revolver_lab.runs.sweep_file import read_sweep
+from revolver_lab.tasks.locomotion import AntRun
 
 ROOT = Path(__file__).parent.parent
 FOLDERS = sorted(path.parent for path in asset_folder("results").glob(f"*/{store.CARD}"))
@@ -88,6 +89,18 @@ def test_the_door_is_not_opened_after_one_jump_hardly_after_two_and_always_after
                  "gate-evaluated-0.05", "step-0.02"):  # fmt: skip
         assert rows[name]["good"] == rows[name]["seeds"] >= 5
     assert rows["step-1e-4"]["farthest"] < 0.25
+
+
+def test_with_a_dense_reward_direct_transfer_and_dapg_open_the_door_soil_in_part_scratch_never():
+    found = recorded("adroit-door", natural=True, settings={"task": "dense"})
+    good = {row["method"]: row["good"] for row in natural_rows(found)}
+    assert good == {"npg-direct": 5, "dapg": 5, "soil": 2, "npg-scratch": 0}
+
+
+def test_on_the_ant_every_seed_of_soil_returns_more_than_any_of_direct_and_none_walks():
+    scores = recorded("ant-length-mass", natural=True).scores()
+    assert scores["soil"].min() > scores["npg-direct"].max()
+    assert scores["soil"].max() < AntRun.idle_return
 
 
 def test_a_single_seed_has_no_interval_in_a_table():
