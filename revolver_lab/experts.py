@@ -68,18 +68,14 @@ def _lifted_cheetah() -> Policy:
     """Returns the cheetah's expert for the robot with a segment, by zero insertion."""
     from revolver_lab.robots.cheetah_segment import cheetah_places
 
-    columns, observations, rows, actions = cheetah_places()
-    expert = load_expert("cheetah-front-leg")
-    return expert.lifted(columns.tolist(), observations, rows.tolist(), actions)
+    return load_expert("cheetah-front-leg").lifted(*cheetah_places())
 
 
 def _lifted_ant() -> Policy:
     """Returns the Ant's expert for the Ant with feet, by zero insertion."""
     from revolver_lab.robots.ant import ant_places
 
-    columns, observations, rows, actions = ant_places()
-    expert = load_expert("ant-length-mass")
-    return expert.lifted(columns.tolist(), observations, rows.tolist(), actions)
+    return load_expert("ant-length-mass").lifted(*ant_places())
 
 
 LEARNERS: Mapping[str, LearnerSettings] = {"ball-in-cup-weak-motors": _KEEN}

@@ -56,8 +56,9 @@ class NaturalPopulation:
         self._make = (evolve, expert, steps, task, nthread)
         self._report = report
         self._teachers: dict[int, Demonstrations] = {}
+        judge = Stage(evolve, task).task
         for member in self.members:  # before an expert is cloned or plays
-            Success(least_return=member.method.least_return).check(Stage(evolve, task).task)
+            Success(least_return=member.method.least_return).check(judge)
         self.loops = [self._loop(self.members[0])]
 
     def _loop(self, member: Member) -> NaturalTransfer:

@@ -145,8 +145,8 @@ class Policy:
         return self
 
     def lifted(
-        self, observation_columns: Sequence[int], observation_size: int,
-        action_rows: Sequence[int], action_size: int,
+        self, observation_columns: Sequence[int] | np.ndarray, observation_size: int,
+        action_rows: Sequence[int] | np.ndarray, action_size: int,
     ) -> "Policy":  # fmt: skip
         """Returns the policy of a padded robot by zero insertion (section 4.1).
 

@@ -31,16 +31,23 @@ def asked(name=NAME, policy="expert", task=None):
 
 def test_one_learner_and_a_run_of_them_have_the_same_method():
     (planned,) = Plan(robot=NAME, methods=["npg-direct"], seeds=[0]).methods
-    assert commands.suited(asked(), ROW) == planned
+    assert commands.suited(asked(), [ROW]) == [planned]
     assert planned.least_return == load_expert(NAME).card.episode_return / 2
 
 
 def test_a_task_with_a_goal_leaves_the_method_as_it_is():
-    assert commands.suited(asked("adroit-door", task="dense"), ROW) is ROW
+    (found,) = commands.suited(asked("adroit-door", task="dense"), [ROW])
+    assert found is ROW
 
 
-def test_of_another_reward_the_expert_plays_to_tell_what_it_returns(capsys):
-    found = commands.suited(asked(task="dense"), ROW)
+def test_of_another_reward_the_expert_plays_once_to_tell_what_it_returns(capsys, monkeypatch):
+    played = []
+    monkeypatch.setattr(
+        commands, "evaluate", lambda *a, **k: (played.append(a), evaluate(*a, **k))[1]
+    )
+    found, other = commands.suited(asked(task="dense"), [ROW, NATURAL_METHODS["soil"]])
+    assert len(played) == 1
+    assert other.least_return == found.least_return
     home = evaluate(load_expert(NAME), NAME, 0.0, 20, seed=3_000_000, task="dense").mean()
     assert found.least_return == home / 2
     assert f"returns {home:.4g} on the source" in capsys.readouterr().err
@@ -53,7 +60,7 @@ def test_an_expert_of_ones_own_is_judged_by_its_own_return(tmp_path):
     own = dataclasses.replace(shipped, weights=weights, card=card)
     own.save(tmp_path / "lazy.safetensors")
     with pytest.raises(SettingsError, match=r"returns 0 at home.*more than the 0"):
-        commands.suited(asked(policy=str(tmp_path / "lazy.safetensors")), ROW)
+        commands.suited(asked(policy=str(tmp_path / "lazy.safetensors")), [ROW])
 
 
 @pytest.mark.parametrize("home", [0.0, -12.5])

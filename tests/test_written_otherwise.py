@@ -23,7 +23,7 @@ PLAIN = """<mujoco><compiler angle="radian"/><worldbody>
   </body>
 </worldbody></mujoco>"""
 
-# The same: degrees, frames in frames, Euler angles, a mesh of defaults.
+# The same: degrees, frames in frames, Euler angles, a class of defaults.
 FRAMED = """<mujoco><compiler angle="degree"/>
 <default><default class="bone"><geom type="capsule" size=".05"/></default></default>
 <worldbody>

@@ -1,6 +1,7 @@
 """Transfers by natural policy gradient, on tasks with a goal and without."""
 
 import sys
+from collections.abc import Sequence
 
 from revolver_lab.commands.parts import Arguments, policy_of, wrote
 from revolver_lab.evaluation import evaluate
@@ -18,7 +19,7 @@ _SEED = 3_000_000  # of the episodes that tell what an expert returns: no traini
 
 def natural(arguments: Arguments, row: NaturalMethod) -> int:
     """Trains one learner, into a folder of its own."""
-    lines, chosen = ProgressLines(sys.stderr), suited(arguments, row)
+    lines, (chosen,) = ProgressLines(sys.stderr), suited(arguments, [row])
 
     def report(_: Member, made: Iteration) -> None:
         lines.write([describe_iteration(chosen.name, made)])
@@ -37,23 +38,28 @@ def natural(arguments: Arguments, row: NaturalMethod) -> int:
     return wrote(arguments.out)
 
 
-def suited(arguments: Arguments, row: NaturalMethod) -> NaturalMethod:
-    """Returns a method of the table as the task needs it: one without a goal asks for a return.
+def suited(arguments: Arguments, rows: Sequence[NaturalMethod]) -> list[NaturalMethod]:
+    """Returns methods of the table as the task needs them: one without a goal asks for a return.
 
-    Half of what the expert returns at home counts as a success. Where its card does not say that
-    of this task, it plays.
+    What counts is `half_of_home`. Where no card says what the expert returns, it plays, once.
     """
     task = registry.get(arguments.name).make_task(arguments.task)
-    if task.goal_steps is not None:
-        return row
+    if task.goal_steps is not None or not rows:
+        return list(rows)
+    home = _home(arguments, any(row.needs_expert for row in rows))
+    made = [natural_fitted(row, task, home) for row in rows]
+    if home is not None:
+        print(f"The expert returns {home:.4g} on the source: from {made[0].least_return:.4g} on, "
+              "an episode counts as a success.", file=sys.stderr)  # fmt: skip
+    return made
+
+
+def _home(arguments: Arguments, needed: bool) -> float | None:
+    """What the expert returns on the source; None where there is none, and none is needed."""
     shipped = arguments.policy == "expert"
     home = home_return(arguments.name, arguments.task) if shipped else None
-    if home is None and (row.needs_expert or not shipped):
-        expert = policy_of(arguments.name, arguments.policy)
-        home = float(evaluate(expert, arguments.name, 0.0, _EPISODES, seed=_SEED,
-                              task=arguments.task).mean())  # fmt: skip
-    made = natural_fitted(row, task, home)
-    if home is not None:
-        print(f"The expert returns {home:.4g} on the source: from {made.least_return:.4g} on, an "
-              "episode counts as a success.", file=sys.stderr)  # fmt: skip
-    return made
+    if home is not None or (shipped and not needed):
+        return home
+    expert = policy_of(arguments.name, arguments.policy)
+    return float(evaluate(expert, arguments.name, 0.0, _EPISODES, seed=_SEED,
+                          task=arguments.task).mean())  # fmt: skip

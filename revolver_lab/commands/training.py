@@ -97,9 +97,9 @@ def _plan(arguments: Arguments) -> tuple[Plan, Policy | None]:
         plan = read_plan(folder)
     else:
         names = arguments.methods or ["revolver"]
-        methods = [suited(arguments, NATURAL_METHODS[name]) if name in NATURAL_METHODS else name
-                   for name in names]  # fmt: skip
-        plan = Plan(robot=arguments.name, methods=methods,
+        rows = suited(arguments, [NATURAL_METHODS[n] for n in names if n in NATURAL_METHODS])
+        made = {row.name: row for row in rows}
+        plan = Plan(robot=arguments.name, methods=[made.get(name, name) for name in names],
                     seeds=[0] if arguments.seeds is None else arguments.seeds,
                     steps=arguments.steps, task=arguments.task,
                     expert=_hash(arguments))  # fmt: skip

@@ -32,7 +32,7 @@ def rows(results: Results, threshold: float | None = None) -> list[dict[str, Any
     Args:
         results: Of a run, or of several put together.
         threshold: Mean unshaped return on the target from which on a learner succeeds; None is
-            half of what the expert earns on the source robot, where that is known.
+            that of `success_return`.
 
     Returns:
         Robot, method, seeds, mean and IQM of the learners' returns with 95 % intervals, the
