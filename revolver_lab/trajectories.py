@@ -133,7 +133,7 @@ class Success:
             count_of("goal_steps", self.goal_steps, 0, "Leave it out: the task has its own.")
         if self.least_return is not None and not is_number(self.least_return):
             raise SettingsError(f"least_return = {self.least_return!r}", "a finite number, or None",
-                                "Half of what the expert returns is a start.")  # fmt: skip
+                                "half_of_home of what the expert returns is a start.")  # fmt: skip
 
     def __call__(self, env: "RobotVectorEnv", played: Trajectories) -> np.ndarray:
         """Returns which trajectories succeeded, (n,) bool."""
@@ -152,7 +152,7 @@ class Success:
             raise SettingsError(
                 f"least_return = None with the task {type(task).__name__}, which has no goal",
                 "an unshaped return, or a task with success() and goal_steps",
-                "Give it to Success or NaturalMethod: half of what the expert returns at home is "
-                "a start.",
+                "Give it to Success or NaturalMethod: half_of_home of the expert's return there "
+                "is a start.",
             )
         return self

@@ -99,7 +99,7 @@ def test_doing_nothing_returns_no_more_than_the_task_says(name, reward):
 def test_without_a_measure_of_success_it_is_refused_before_the_expert_plays(monkeypatch):
     monkeypatch.setattr(natural_population, "record", lambda *_, **__: pytest.fail("it played"))
     for row in ("npg-direct", "soil"):
-        with pytest.raises(SettingsError, match="half of what the expert returns at home"):
+        with pytest.raises(SettingsError, match="half_of_home of the expert"):
             NaturalPopulation(NAME, [Member(method=NATURAL_METHODS[row], seed=0)],
                               expert=load_expert(NAME))  # fmt: skip
 
