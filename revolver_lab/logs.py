@@ -132,14 +132,15 @@ class TransferLog:
 
 
 def write_table(path: str | Path, rows: list[dict[str, Any]]) -> Path:
-    """Writes rows of equal keys as CSV, atomically.
+    """Writes rows as CSV, atomically.
 
     Args:
         path: Where the table goes.
-        rows: One dictionary a row; the first one's keys are the header.
+        rows: One dictionary a row; the header has the keys of all, and a cell without one is empty.
     """
     path, text = output_file(path), io.StringIO()
-    writer = csv.DictWriter(text, fieldnames=list(rows[0]) if rows else [], lineterminator="\n")
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    writer = csv.DictWriter(text, fieldnames=names, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     return write_atomically(path, text.getvalue())

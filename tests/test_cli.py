@@ -187,6 +187,16 @@ def test_report_writes_a_table_of_several_runs(finished, tmp_path, capsys):
     assert (first["seeds"], first["success"], first["threshold"]) == ("2", "1.0", "-1.0")
 
 
+def test_one_table_takes_runs_that_tell_other_numbers(tmp_path, capsys):
+    # Of this robot returns are recorded, by off-policy learners, and successes, by natural ones.
+    out = tmp_path / "x.csv"
+    assert cli.main(["report", "cheetah-front-leg", "--csv", str(out)]) == 0
+    with open(out, newline="") as file:
+        rows = {row["method"]: row for row in csv.DictReader(file)}
+    assert (bool(rows["soil"]["good"]), bool(rows["soil"]["iqm"])) == (True, False)
+    assert (bool(rows["revolver"]["good"]), bool(rows["revolver"]["iqm"])) == (False, True)
+
+
 def test_evaluate_reads_the_policies_of_runs(finished, capsys):
     folder, _ = finished
     words = ["evaluate", NAME, "--alpha", "1", "--episodes", "2", "--policy"]
