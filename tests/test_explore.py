@@ -12,7 +12,7 @@ from PIL import Image
 
 import revolver_lab as rvl
 from revolver_lab import _gl
-from revolver_lab.errors import AlphaError, SettingsError
+from revolver_lab.errors import AlphaError, SettingsError, UnknownNameError
 from revolver_lab.lab import explorer as explorers
 from revolver_lab.lab import facts, standins
 from revolver_lab.lab.explore import facts_table
@@ -297,7 +297,7 @@ def test_names_in_the_table_are_text():
 def test_bad_input_is_refused_before_anything_is_shown(evolve):
     with pytest.raises(AlphaError):
         rvl.lab.explore(evolve, alpha=2)
-    with pytest.raises(SettingsError, match=r"rvl.load"):
-        rvl.lab.explore(NAME)
+    with pytest.raises(UnknownNameError, match=NAME):
+        rvl.lab.explore("cheetah-fron-leg")
     with pytest.raises(SettingsError, match="no policy"):
         explorers.Explorer(evolve).rollout(0.0)

@@ -62,6 +62,21 @@ def test_a_strip_shows_each_alpha_as_a_stage_draws_it(evolve, tmp_path):
 
 
 @needs_gl
+def test_a_name_shows_what_its_evolution_does_and_one_alpha_is_one_picture(evolve, tmp_path):
+    named, given = [rvl.lab.strip(robot, 0.5, **SIZE) for robot in (NAME, evolve)]
+    assert (named == given).all()
+    assert (named == rvl.lab.strip(evolve, [0.5], **SIZE)).all()
+    for robot, path in ((NAME, "a.gif"), (evolve, "b.gif")):
+        rvl.lab.film(robot, tmp_path / path, fps=2, **SIZE)
+    assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
+    pages = [rvl.lab.static_slider(robot, 2, 64, 48) for robot in (NAME, evolve)]
+    assert pages[0].title == pages[1].title
+    assert rvl.lab.explore(NAME, rvl.load_expert(NAME)).explorer.evolve is evolve
+    with pytest.raises(UnknownNameError, match=NAME):
+        rvl.lab.static_slider("cheetah-fron-leg")
+
+
+@needs_gl
 def test_a_film_of_an_evolution_goes_there_and_back(evolve):
     frames = list(films.film_frames(evolve, **SIZE, fps=2))
     pictures = [frame[:48] for frame in frames]
@@ -170,6 +185,15 @@ def test_an_mp4_without_imageio_ffmpeg_says_what_to_install(tmp_path, monkeypatc
         (lambda e, d: rollout(e, alpha=0.5, dt=0.0), "dt = 0.0"),
         (lambda e, d: encoders.write_movie([], d / "x.gif", 20), "no frames"),
         (lambda e, d: rvl.lab.show(e), "a Evolution|an Evolution"),
+        (lambda e, d: rvl.lab.strip(None), "robot = None"),
+        (lambda e, d: rvl.lab.strip(e.model(0.0)), "robot = <mujoco"),
+        (lambda e, d: rvl.lab.film(None, d / "x.gif"), "NoneType"),
+        (lambda e, d: rvl.lab.film([e], d / "x.gif"), "Evolution"),
+        (lambda e, d: rvl.lab.film([NAME], d / "x.gif"), "str"),
+        (lambda e, d: rvl.lab.record("expert", e, 0.0), "policy = 'expert'"),
+        (lambda e, d: rvl.lab.explore(e, "expert"), "policy = 'expert'"),
+        (lambda e, d: rvl.lab.explore(1.0), "robot = 1.0"),
+        (lambda e, d: rvl.load([NAME]), r"name = \['cheetah"),
     ],
 )
 def test_what_cannot_work_is_refused_before_a_frame_is_drawn(evolve, tmp_path, call, words):

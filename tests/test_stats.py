@@ -31,6 +31,15 @@ def test_the_iqm_is_scipys_trimmed_mean_of_all_runs_and_tasks():
         assert stats.iqm(scores) == pytest.approx(scipy.stats.trim_mean(scores, 0.25, axis=None))
 
 
+def test_a_list_of_runs_is_one_task():
+    scores = [10.0, 0.0, 1.5, 0.5]
+    for statistic in stats.STATISTICS.values():
+        assert statistic(scores) == statistic(np.array(scores)[:, None])
+    for wrong in ([], ["a"], [0.0, np.nan], None):
+        with pytest.raises(SettingsError):
+            stats.iqm(wrong)
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [("mean", 2.6), ("median", 1.0), ("iqm", (0.5 + 1 + 1.5) / 3), ("optimality gap", 0.3)],

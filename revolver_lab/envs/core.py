@@ -10,7 +10,6 @@ import mujoco
 import numpy as np
 
 from revolver_lab.errors import SettingsError
-from revolver_lab.given import require
 from revolver_lab.robots import registry
 from revolver_lab.tasks.base import State, Task
 
@@ -39,13 +38,9 @@ class Stage:
             UnknownNameError: If there is no such robot or reward.
             SettingsError: If it is neither, or an unregistered one comes without a ``Task``.
         """
-        from revolver_lab.evolution.evolution import Evolution
-
-        require("robot", robot, (str, Evolution), "See rvl.names(), or pass rvl.Evolution(a, b).")
-        name = robot if isinstance(robot, str) else robot.name
-        registered = isinstance(robot, str) or name in registry.names()
-        record = registry.get(name) if registered else None
-        self.evolve = registry.load(robot) if isinstance(robot, str) else robot
+        self.evolve = registry.evolution_of(robot)
+        name = self.evolve.name
+        record = registry.get(name) if name in registry.names() else None
         if isinstance(task, Task):
             self.task = task
         elif record is not None:

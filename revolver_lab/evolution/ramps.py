@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from revolver_lab.errors import ParameterError
+from revolver_lab.given import is_number
 
 Ramp = Callable[[float], float]
 RampSpec = str | Ramp | Mapping[str, "str | Ramp"]
@@ -54,9 +55,9 @@ def ramp(start: float, stop: float) -> Ramp:
         >>> early(0.25), early(0.75)
         (0.5, 1.0)
     """
-    if not 0.0 <= start < stop <= 1.0:
+    if not (is_number(start) and is_number(stop) and 0.0 <= start < stop <= 1.0):
         raise ParameterError(
-            f"ramp({start}, {stop})", "0 <= start < stop <= 1", "Give the part of [0, 1] to use."
+            f"ramp({start!r}, {stop!r})", "0 <= start < stop <= 1", "Give a part of [0, 1]."
         )
     return lambda alpha: min(max((alpha - start) / (stop - start), 0.0), 1.0)
 

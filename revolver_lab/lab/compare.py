@@ -3,11 +3,10 @@
 import contextlib
 from collections.abc import Sequence
 
-from revolver_lab.errors import SettingsError
 from revolver_lab.lab.films import film_frames
 from revolver_lab.lab.frames import FIT
 from revolver_lab.lab.player import Player, make_player
-from revolver_lab.lab.rollouts import Rollout
+from revolver_lab.lab.rollouts import Rollout, rollouts_of
 
 
 def compare(
@@ -44,10 +43,7 @@ def compare(
         >>> compare(runs).title
         'cheetah-front-leg: alpha 0, alpha 1'
     """
-    runs = [rollouts] if isinstance(rollouts, Rollout) else list(rollouts)
-    if not runs or not all(isinstance(run, Rollout) for run in runs):
-        given = ", ".join(type(run).__name__ for run in runs) or "no rollouts"
-        raise SettingsError(given, "rollouts, at least one", "Make them with rvl.lab.record.")
+    runs = rollouts_of(rollouts)
     with contextlib.closing(
         film_frames(runs, width=width, height=height, fps=fps, speed=speed, camera=camera)
     ) as film:

@@ -28,7 +28,7 @@ _TICK = 50
 
 
 def explore(
-    evolve: Evolution,
+    evolve: Evolution | str,
     policy: Acting | None = None,
     *,
     alpha: float = 0.0,
@@ -41,7 +41,7 @@ def explore(
     The slider has the focus of the keyboard: arrows step by 0.01, Page Up and Down by 0.05.
 
     Args:
-        evolve: The evolution.
+        evolve: The evolution, or the name of a registered one.
         policy: Observation (O,) -> action (A,) in [-1, 1].
         alpha: Where the slider stands at first.
         task: What the policy is judged by: a reward of the registered robot, by default its first,
@@ -53,7 +53,8 @@ def explore(
 
     Raises:
         AlphaError: If alpha is outside [0, 1].
-        SettingsError: If `evolve` is something else, such as a name.
+        SettingsError: If the robot or the policy is something else.
+        UnknownNameError: If there is no robot of that name.
     """
     return App(Explorer(evolve, policy, task=task, seed=seed), alpha)
 

@@ -13,8 +13,9 @@ from revolver_lab.errors import SettingsError
 from revolver_lab.evolution.evolution import Evolution, checked_alpha
 from revolver_lab.lab.facts import Fact, Facts
 from revolver_lab.lab.frames import FIT
-from revolver_lab.lab.rollouts import Acting, Rollout, record
+from revolver_lab.lab.rollouts import Acting, Rollout, acting, record
 from revolver_lab.lab.standins import NOTE, shared_stage
+from revolver_lab.robots.registry import evolution_of
 
 if TYPE_CHECKING:
     from revolver_lab.tasks.base import Task
@@ -45,27 +46,27 @@ class Explorer:
     """One robot on its way from source to target, and what a policy does on it.
 
     Args:
-        evolve: The evolution.
+        evolve: The evolution, or the name of a registered one.
         policy: Observation (O,) -> action (A,) in [-1, 1]; by default the robot stands.
         task: What the policy is judged by: a reward of the registered robot, by default its first,
             or a task for an evolution of your own.
         seed: Seed of the policy's episodes.
 
     Raises:
-        SettingsError: If `evolve` is something else, such as a name.
+        SettingsError: If the robot or the policy is something else.
+        UnknownNameError: If there is no robot of that name.
     """
 
     def __init__(
         self,
-        evolve: Evolution,
+        evolve: Evolution | str,
         policy: Acting | None = None,
         *,
         task: "str | Task | None" = None,
         seed: int = 0,
     ):
-        if not isinstance(evolve, Evolution):
-            raise SettingsError(f"a {type(evolve).__name__}", "an Evolution", "Try rvl.load(name).")
-        self.evolve, self.policy = evolve, policy
+        self.evolve = evolve = evolution_of(evolve)
+        self.policy = None if policy is None else acting(policy)
         self._task, self._seed = task, seed
         self._facts = Facts(evolve)
         self._rollout: Rollout | None = None

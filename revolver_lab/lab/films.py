@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from revolver_lab.errors import SettingsError
-from revolver_lab.evolution.evolution import Evolution
+from revolver_lab.evolution.evolution import Evolution, checked_alpha
 from revolver_lab.lab import captions, encoders, gl
 from revolver_lab.lab.frames import FIT, Stage
-from revolver_lab.lab.rollouts import Rollout
+from revolver_lab.lab.rollouts import Rollout, rollouts_of
 from revolver_lab.lab.standins import Recorded, open_stage
+from revolver_lab.robots.registry import evolution_of
 
 ALPHAS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _THERE = 2.5
@@ -23,8 +24,8 @@ _HOLD = 0.5
 
 
 def strip(
-    evolve: Evolution,
-    alphas: Sequence[float] = ALPHAS,
+    evolve: Evolution | str,
+    alphas: Sequence[float] | float = ALPHAS,
     *,
     path: str | os.PathLike[str] | None = None,
     width: int = 240,
@@ -34,7 +35,7 @@ def strip(
     """A film strip: the robot at each alpha, side by side, all at one scale.
 
     Args:
-        evolve: The evolution.
+        evolve: The evolution, or the name of a registered one.
         alphas: Which robots, in [0, 1].
         path: Where to write it as well (.png, .jpg, .webp).
         width: Width of one picture [pixels].
@@ -48,14 +49,15 @@ def strip(
         AlphaError: If an alpha is outside [0, 1].
         MissingExtraError: If no OpenGL works here and the robot was not recorded.
         SettingsError: If there is no alpha, or the path has another ending.
+        UnknownNameError: If there is no such robot, or it has no such camera.
     """
-    alphas = list(alphas)
-    if not alphas:
+    evolve, robots = evolution_of(evolve), [checked_alpha(each) for each in np.atleast_1d(alphas)]
+    if not robots:
         raise SettingsError("no alphas", "at least one in [0, 1]", "Pass alphas=(0, 1).")
     if path is not None:
         encoders.check_path(path, encoders.PICTURES)
     with open_stage(evolve, width=width, height=height, camera=camera) as stage:
-        panels = [_panel(stage.frame(alpha), f"alpha {alpha:.2g}", "", alpha) for alpha in alphas]
+        panels = [_panel(stage.frame(alpha), f"alpha {alpha:.2g}", "", alpha) for alpha in robots]
     picture = captions.beside(panels)
     if path is not None:
         encoders.write_picture(picture, path)
@@ -63,7 +65,7 @@ def strip(
 
 
 def film(
-    shown: Evolution | Rollout | Sequence[Rollout],
+    shown: Evolution | str | Rollout | Sequence[Rollout],
     path: str | os.PathLike[str],
     *,
     width: int = 320,
@@ -75,7 +77,8 @@ def film(
     """A film of an evolution from alpha 0 to 1 and back, or of rollouts side by side.
 
     Args:
-        shown: An evolution, or one or more rollouts (`record` makes them).
+        shown: An evolution, or the name of a registered one; or one or more rollouts (`record`
+            makes them).
         path: Where to write it; the ending says how: .gif or .mp4.
         width: Width of one picture [pixels].
         height: Height of one picture [pixels].
@@ -102,7 +105,7 @@ def film(
 
 
 def film_frames(
-    shown: Evolution | Rollout | Sequence[Rollout],
+    shown: Evolution | str | Rollout | Sequence[Rollout],
     *,
     width: int = 320,
     height: int = 240,
@@ -112,12 +115,10 @@ def film_frames(
 ) -> Generator[np.ndarray, None, None]:
     """The frames of `film`, one at a time, (H, W, 3) uint8."""
     size = {"width": width, "height": height, "camera": camera}
-    if isinstance(shown, Evolution):
-        yield from _journey(shown, fps, size)
+    if isinstance(shown, Evolution | str):
+        yield from _journey(evolution_of(shown), fps, size)
         return
-    rollouts = [shown] if isinstance(shown, Rollout) else list(shown)
-    if not rollouts:
-        raise SettingsError("no rollouts", "at least one", "Make one with rvl.lab.record.")
+    rollouts = rollouts_of(shown)
     with contextlib.ExitStack() as opened:
         stages = {
             name: opened.enter_context(open_stage(evolve, **size))

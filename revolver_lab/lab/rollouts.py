@@ -1,6 +1,6 @@
 """What a policy did: poses and rewards over time, recorded once and shown as often as one likes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -76,6 +76,31 @@ class Rollout:
         return min(int(time / self.dt + 1e-6), len(self.rewards) - 1)
 
 
+def acting(policy: Acting) -> Acting:
+    """Returns what acts, if it does.
+
+    Raises:
+        SettingsError: If it cannot be called, a name for example.
+    """
+    if not callable(policy):
+        raise SettingsError(f"policy = {policy!r:.80}", "a Policy, or a function of an observation",
+                            "Pass rvl.load_expert(name), or Policy.load(path).")  # fmt: skip
+    return policy
+
+
+def rollouts_of(shown: Rollout | Iterable[Rollout]) -> list[Rollout]:
+    """Returns one or more rollouts as a list.
+
+    Raises:
+        SettingsError: If there are none, or they are something else.
+    """
+    runs = list(shown) if isinstance(shown, Iterable) else [shown]
+    if not runs or not all(isinstance(run, Rollout) for run in runs):
+        given = ", ".join(type(run).__name__ for run in runs) or "no rollouts"
+        raise SettingsError(given, "rollouts, at least one", "Make them with rvl.lab.record.")
+    return runs
+
+
 def record(
     policy: Acting,
     evolve: Evolution | str,
@@ -103,11 +128,12 @@ def record(
 
     Raises:
         AlphaError: If alpha is outside [0, 1].
+        SettingsError: If the policy is none.
         UnknownNameError: If there is no such robot or task.
     """
     from revolver_lab.envs.single import RobotEnv
 
-    env = RobotEnv(evolve, alpha=checked_alpha(alpha), task=task)
+    policy, env = acting(policy), RobotEnv(evolve, alpha=checked_alpha(alpha), task=task)
     observation, _ = env.reset(seed=seed)
     poses, rewards, held, ended = [env.simulation.data.qpos.copy()], [0.0], [0], False
     while not ended and (steps is None or len(rewards) <= steps):

@@ -8,12 +8,13 @@ from revolver_lab.lab.facts import total_mass
 from revolver_lab.lab.frames import FIT
 from revolver_lab.lab.player import Player, make_player
 from revolver_lab.lab.standins import open_stage
+from revolver_lab.robots.registry import evolution_of
 
 _MOST = 201
 
 
 def static_slider(
-    evolve: Evolution,
+    evolve: Evolution | str,
     frames: int = 41,
     width: int = 480,
     height: int = 360,
@@ -23,7 +24,7 @@ def static_slider(
     """A slider that drags one robot into another without a kernel or a network.
 
     Args:
-        evolve: The evolution.
+        evolve: The evolution, or the name of a registered one.
         frames: How many robots, evenly from alpha 0 to 1.
         width: Width of the picture [pixels].
         height: Height of the picture [pixels].
@@ -36,10 +37,9 @@ def static_slider(
     Raises:
         MissingExtraError: If no OpenGL works here and the robot was not recorded.
         SettingsError: If there are too few or too many frames, or the size is not drawable.
-        UnknownNameError: If the robot has no such camera.
+        UnknownNameError: If there is no such robot, or it has no such camera.
     """
-    if not isinstance(evolve, Evolution):
-        raise SettingsError(f"a {type(evolve).__name__}", "an Evolution", "Try rvl.load(name).")
+    evolve = evolution_of(evolve)
     if not isinstance(frames, int) or not 2 <= frames <= _MOST:
         raise SettingsError(f"frames = {frames!r}", f"a whole number from 2 to {_MOST}", "Try 41.")
     alphas = np.linspace(0, 1, frames).tolist()

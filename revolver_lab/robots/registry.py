@@ -5,6 +5,7 @@ import importlib
 from typing import TYPE_CHECKING
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import require
 from revolver_lab.robots import own
 from revolver_lab.robots.robot import Robot, unknown
 
@@ -90,11 +91,13 @@ def get(name: str) -> Robot:
 
     Raises:
         UnknownNameError: If there is none; the near names are in the message.
+        SettingsError: If it is no name.
 
     Example:
         >>> get("cheetah-front-leg").summary
         'front leg 1 -> 0.4'
     """
+    require("name", name, str, "See rvl.names().")
     if name not in RECORDS:
         mine = _own()
         if name in mine:
@@ -123,6 +126,22 @@ def _made(robot: Robot) -> "Evolution":
     from revolver_lab.evolution.evolution import Evolution
 
     return Evolution(robot.source(), robot.target(), f=robot.f, name=robot.name)
+
+
+def evolution_of(robot: "Evolution | str") -> "Evolution":
+    """Return an evolution as it is, and a name's as `load` does.
+
+    Args:
+        robot: A registered name, or any ``Evolution``.
+
+    Raises:
+        UnknownNameError: If there is none of that name.
+        SettingsError: If it is neither.
+    """
+    from revolver_lab.evolution.evolution import Evolution
+
+    require("robot", robot, (str, Evolution), "See rvl.names(), or pass rvl.Evolution(a, b).")
+    return load(robot) if isinstance(robot, str) else robot
 
 
 def find(domain: str, task: str) -> Robot:

@@ -198,7 +198,7 @@ def lesson(name: str, mode: str | None = None, *, folder: Path | None = None) ->
 
 def _checked_name(name: str) -> str:
     """Returns the name of a lesson; near ones are listed first where there is none."""
-    if name not in LESSONS:
+    if not isinstance(name, str) or name not in LESSONS:
         near = difflib.get_close_matches(str(name), LESSONS, n=3, cutoff=0.3)
         remedy = f"Did you mean {' or '.join(map(repr, near))}?" if near else "Choose one of these."
         raise UnknownNameError(f"lesson {name!r}", ", ".join(LESSONS), remedy)
