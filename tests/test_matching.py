@@ -306,7 +306,7 @@ def test_joints_of_one_body_correspond_in_order_but_slides_may_change_places():
     assert matched(body.format(x + y), body.format(y + x)).created == 2
 
 
-@pytest.mark.parametrize("pins", ["trunk", ["trunk"], 3])
+@pytest.mark.parametrize("pins", ["trunk", ["trunk"], 3, {"a": ["a"]}, {1: "a"}])
 def test_pins_that_are_no_mapping_are_refused(pins):
     spec = read_robot("<mujoco><worldbody><body name='a'/></worldbody></mujoco>")
     with pytest.raises(MatchingError, match="a mapping"):

@@ -90,7 +90,7 @@ def mode_of(mode: AutoresetMode | str) -> AutoresetMode:
     """
     supported = {m.value: m for m in (AutoresetMode.SAME_STEP, AutoresetMode.NEXT_STEP)}
     value = mode.value if isinstance(mode, AutoresetMode) else mode
-    if value not in supported:
+    if not isinstance(value, str) or value not in supported:
         raise SettingsError(
             f"autoreset_mode = {mode!r}",
             " or ".join(map(repr, supported)),

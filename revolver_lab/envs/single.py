@@ -9,6 +9,7 @@ from gymnasium.spaces import Box
 
 from revolver_lab.envs.core import Stage
 from revolver_lab.envs.simulation import Simulation
+from revolver_lab.evolution.evolution import checked_alpha
 
 if TYPE_CHECKING:
     from revolver_lab.evolution.evolution import Evolution
@@ -60,7 +61,7 @@ class RobotEnv(gymnasium.Env):
     ):
         stage = Stage(robot, task)
         self.evolve, self.task = stage.evolve, stage.task
-        self.alpha, self.render_mode = float(alpha), render_mode
+        self.alpha, self.render_mode = checked_alpha(alpha), render_mode
         self._picture = {"width": width, "height": height, "camera_id": stage.camera}
         self._physics: Any = None
         model = self.evolve.model(alpha)

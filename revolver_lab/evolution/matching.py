@@ -134,9 +134,12 @@ def match(
         MatchingError: If one robot floats and the other is welded to the world, or a pin or root
             names nothing or cannot be.
     """
-    if not isinstance(pins, Mapping | None):
+    named = isinstance(pins, Mapping | None) and all(
+        isinstance(name, str) for pair in (pins or {}).items() for name in pair
+    )
+    if not named:
         raise MatchingError(
-            f"pins={pins!r}", "a mapping", "Write pins={'source_name': 'target_name'}."
+            f"pins={pins!r}", "a mapping of names", "Write pins={'source_name': 'target_name'}."
         )
     skeletons = Skeleton(source), Skeleton(target)
     _check_bases(skeletons)

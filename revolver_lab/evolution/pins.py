@@ -51,7 +51,12 @@ def pinned_root(
     if root is None:
         return None, None
     both = isinstance(root, str)
-    names = (root, root) if isinstance(root, str) else tuple(root)
+    names = (root, root) if isinstance(root, str) else root
+    if not isinstance(names, tuple | list) or len(names) != 2 or not all(
+        name is None or isinstance(name, str) for name in names
+    ):  # fmt: skip
+        raise MatchingError(f"root = {root!r:.80}", "a body's name, or a pair (source, target)",
+                            "Name a body of the robot.")  # fmt: skip
     found = [s.bodies.get(n) if n else None for s, n in zip(skeletons, names)]
     missing = [n for n, index in zip(names, found) if n and index is None]
     if missing and not (both and len(missing) == 1):

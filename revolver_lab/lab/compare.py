@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Sequence
 
+from revolver_lab.lab.encoders import check_pace
 from revolver_lab.lab.films import film_frames
 from revolver_lab.lab.frames import FIT
 from revolver_lab.lab.player import Player, make_player
@@ -24,8 +25,8 @@ def compare(
         rollouts: What `record` made: of several policies on one robot, or of one along alpha.
         width: Width of one picture [pixels].
         height: Height of one picture [pixels].
-        fps: Frames a second.
-        speed: 1 is real time, 0.5 is half as fast.
+        fps: Frames a second, in [1, 50].
+        speed: In [0.05, 20]; 1 is real time, 0.5 is half as fast.
         camera: A camera of the robot, or "fit".
 
     Returns:
@@ -34,7 +35,8 @@ def compare(
 
     Raises:
         MissingExtraError: If no OpenGL works here and a robot was not recorded.
-        SettingsError: If there is nothing to show, or too much for one page.
+        SettingsError: If there is nothing to show, or too much for one page, or fps or speed
+            cannot work.
 
     Example:
         >>> import revolver_lab as rvl
@@ -43,7 +45,7 @@ def compare(
         >>> compare(runs).title
         'cheetah-front-leg: alpha 0, alpha 1'
     """
-    runs = rollouts_of(rollouts)
+    runs, (fps, speed) = rollouts_of(rollouts), check_pace(fps, speed)
     with contextlib.closing(
         film_frames(runs, width=width, height=height, fps=fps, speed=speed, camera=camera)
     ) as film:

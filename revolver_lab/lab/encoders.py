@@ -13,6 +13,7 @@ from PIL import GifImagePlugin, Image
 
 from revolver_lab.errors import MissingExtraError, SettingsError
 from revolver_lab.files import output_file, write_atomically
+from revolver_lab.given import is_number
 
 MOVIES = (".gif", ".mp4")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")
@@ -48,14 +49,17 @@ def check_path(path: str | os.PathLike[str], allowed: tuple[str, ...]) -> Path:
     return checked
 
 
-def check_fps(fps: float) -> None:
-    """Refuse a frame rate that no viewer shows.
+def check_pace(fps: float, speed: float = 1.0) -> tuple[float, float]:
+    """Return a frame rate that viewers show, and a speed of what is filmed.
 
     Raises:
-        SettingsError: If fps is not in [1, 50].
+        SettingsError: If fps is not in [1, 50], or speed not in [0.05, 20].
     """
-    if not 1 <= fps <= _FASTEST_GIF:
-        raise SettingsError(f"fps = {fps}", f"from 1 to {_FASTEST_GIF}", "Try 20.")
+    if not is_number(fps) or not 1 <= fps <= _FASTEST_GIF:
+        raise SettingsError(f"fps = {fps!r:.80}", f"from 1 to {_FASTEST_GIF}", "Try 20.")
+    if not is_number(speed) or not 0.05 <= speed <= 20:
+        raise SettingsError(f"speed = {speed!r:.80}", "from 0.05 to 20", "1 is real time.")
+    return float(fps), float(speed)
 
 
 def write_picture(picture: np.ndarray, path: str | os.PathLike[str]) -> Path:
@@ -91,7 +95,7 @@ def write_movie(frames: Iterable[np.ndarray], path: str | os.PathLike[str], fps:
         MissingExtraError: If an MP4 is asked for without imageio-ffmpeg.
     """
     checked = check_path(path, MOVIES)
-    check_fps(fps)
+    check_pace(fps)
     pictures = iter(frames)
     first = next(pictures, None)
     if first is None:

@@ -94,9 +94,7 @@ def film(
         SettingsError: If the path or a size cannot work, or there is nothing to show.
     """
     checked = encoders.check_path(path, encoders.MOVIES)
-    encoders.check_fps(fps)
-    if not 0.05 <= speed <= 20:
-        raise SettingsError(f"speed = {speed}", "from 0.05 to 20", "1 is real time.")
+    fps, speed = encoders.check_pace(fps, speed)
     gl.ensure()  # a film of recorded pictures would show a robot that only stands
     with contextlib.closing(film_frames(
         shown, width=width, height=height, fps=fps, speed=speed, camera=camera

@@ -8,6 +8,7 @@ import numpy as np
 
 from revolver_lab.errors import SettingsError
 from revolver_lab.evolution.evolution import Evolution, checked_alpha
+from revolver_lab.given import count_of, seed_of
 
 if TYPE_CHECKING:
     from revolver_lab.tasks.base import Task
@@ -128,13 +129,15 @@ def record(
 
     Raises:
         AlphaError: If alpha is outside [0, 1].
-        SettingsError: If the policy is none.
+        SettingsError: If the policy is none, or seed or steps are no whole numbers.
         UnknownNameError: If there is no such robot or task.
     """
     from revolver_lab.envs.single import RobotEnv
 
-    policy, env = acting(policy), RobotEnv(evolve, alpha=checked_alpha(alpha), task=task)
-    observation, _ = env.reset(seed=seed)
+    if steps is not None:
+        steps = count_of("steps", steps, 0, "Leave it out for a whole episode.")
+    policy, env = acting(policy), RobotEnv(evolve, alpha=alpha, task=task)
+    observation, _ = env.reset(seed=seed_of(seed))
     poses, rewards, held, ended = [env.simulation.data.qpos.copy()], [0.0], [0], False
     while not ended and (steps is None or len(rewards) <= steps):
         observation, reward, terminated, truncated, _ = env.step(policy(observation))

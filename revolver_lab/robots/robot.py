@@ -60,7 +60,7 @@ class Robot:
             UnknownNameError: If the robot has no such reward.
         """
         reward = self.usual_task if reward is None else reward
-        if reward not in self.tasks:
+        if not isinstance(reward, str) or reward not in self.tasks:
             raise unknown(f"task {reward!r} of {self.name}", reward, list(self.tasks))
         return self.tasks[reward]()
 
