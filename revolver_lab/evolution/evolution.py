@@ -75,7 +75,8 @@ class Evolution:
         cache_bytes: int = CACHE_BYTES,
     ):
         ours, theirs = (read_robot(robot, unnamed=unnamed) for robot in (source, target))
-        self.matching: Matching = match(ours, theirs, pins=pins, root=root)
+        self.matching: Matching = match(ours, theirs, pins=pins, root=root,
+                                        switching=switch is not None)  # fmt: skip
         padded = pad(ours, theirs, self.matching)
         self.name = name or f"{ours.modelname or 'source'}-to-{theirs.modelname or 'target'}"
         self._spec, there = canonical(padded.source), canonical(padded.target)

@@ -46,6 +46,7 @@ class Grower:
             self._add_shapes(body)
         self._add_rest()
         extend_keyframes(self.host, self._before)
+        inertias.stay_massless(self.host, self._before, self._geoms)
         self._hold()
         excuse_contacts(self.host, self._before, self._geoms)
         return self.twins

@@ -112,6 +112,7 @@ def match(
     *,
     pins: Mapping[str, str] | None = None,
     root: str | tuple[str | None, str | None] | None = None,
+    switching: bool = False,
 ) -> Matching:
     """Find the correspondence that creates the fewest bodies, joints and actuators.
 
@@ -119,13 +120,15 @@ def match(
     actuators that drive corresponding things; this is the morphology matching of section 4.1.
     The root of a floating robot may be any of its bodies. Between equally cheap correspondences,
     the files' own roots are kept, then equal names win, then likeness of place, axis and words.
-    What a tendon drives is matched afterwards and does not count in the choice.
+    What a tendon drives is matched afterwards and does not count in the choice. A geom that touches
+    things and one that is only drawn do not correspond, unless they are to be switched.
 
     Args:
         source: A robot from `read_robot`.
         target: Another.
         pins: Names that must correspond, of two bodies or of two joints, source to target.
         root: Body at which both floating robots are rooted, one name or (source's, target's).
+        switching: Whether what is discrete may differ, since it is switched on the way.
 
     Returns:
         The correspondence.
@@ -155,7 +158,7 @@ def match(
             "Pin the bodies above them, choose another root, or leave a pin out.",
         )
     _check_floating_twins(skeletons, found)
-    return _named(skeletons, found)
+    return _named(skeletons, found, switching)
 
 
 def _check_bases(skeletons: tuple[Skeleton, Skeleton]) -> None:
@@ -195,7 +198,9 @@ def _check_floating_twins(skeletons: tuple[Skeleton, Skeleton], found: Correspon
                 )
 
 
-def _named(skeletons: tuple[Skeleton, Skeleton], found: Correspondence) -> Matching:
+def _named(
+    skeletons: tuple[Skeleton, Skeleton], found: Correspondence, switching: bool
+) -> Matching:
     """The correspondence by names, with everything that hangs on bodies and joints."""
     a, b = skeletons
     bodies = tuple(
@@ -208,7 +213,7 @@ def _named(skeletons: tuple[Skeleton, Skeleton], found: Correspondence) -> Match
         for s, t in found.joints
     )
     joints = _free_joints(skeletons, found) + joints
-    others = match_elements(a.spec, b.spec, dict(bodies), dict(joints))
+    others = match_elements(a.spec, b.spec, dict(bodies), dict(joints), switching)
     lone = [p for kind in (bodies, joints, others["actuators"]) for p in kind if None in p]
     roots = found.roots[0] if found.roots else None
     return Matching(

@@ -11,7 +11,7 @@ _MESH = mujoco.mjtGeom.mjGEOM_MESH
 
 
 def match_elements(
-    source: mujoco.MjSpec, target: mujoco.MjSpec, bodies: _Twins, joints: _Twins
+    source: mujoco.MjSpec, target: mujoco.MjSpec, bodies: _Twins, joints: _Twins, switching: bool
 ) -> dict[str, Names]:
     """Pair elements whose referents correspond and whose structure is the same.
 
@@ -22,6 +22,7 @@ def match_elements(
         target: The target robot.
         bodies: Target's body of each source body, None where there is none.
         joints: The same for joints.
+        switching: Whether a geom that touches may correspond to one that is only drawn.
 
     Returns:
         Pairs of names for each kind, by the plural that Matching uses.
@@ -29,44 +30,50 @@ def match_elements(
     twins: dict[str, _Twins] = {"body": {**bodies, "world": "world"}, "joint": joints}
     found: dict[str, Names] = {}
 
-    def add(plural: str, kind: str, ours: Key, theirs: Key) -> None:
+    def add(plural: str, kind: str, *keys: tuple[Key, Key]) -> None:
         """Pair one kind and remember it for the kinds that refer to it."""
         first, second = getattr(source, plural), getattr(target, plural)
-        found[plural] = _pair(first, second, ours, theirs)
+        found[plural] = _pair(first, second, *keys)
         twins[kind] = {s: t for s, t in found[plural] if s is not None}
 
     shapes = _mesh_shapes(source), _mesh_shapes(target)
     driven = _driven_sites(source), _driven_sites(target)
-    add("geoms", "geom", _geom_key(shapes[0], twins), _geom_key(shapes[1], None))
-    add("sites", "site", _site_key(driven[0], twins), _site_key(driven[1], None))
+    # What is only drawn goes with what is only drawn, as far as there is any.
+    add("geoms", "geom", *(
+        (_geom_key(shapes[0], twins, finer), _geom_key(shapes[1], None, finer))
+        for finer in ((True, False) if switching else (True,))
+    ))  # fmt: skip
+    add("sites", "site", (_site_key(driven[0], twins), _site_key(driven[1], None)))
     found["geoms"], found["scenery"] = _without_lone_scenery(source, target, found["geoms"])
-    add("tendons", "tendon", lambda e: _path(e, twins), lambda e: _path(e, None))
-    add("actuators", "actuator", lambda e: _drive(e, twins), lambda e: _drive(e, None))
+    add("tendons", "tendon", (lambda e: _path(e, twins), lambda e: _path(e, None)))
+    add("actuators", "actuator", (lambda e: _drive(e, twins), lambda e: _drive(e, None)))
     for plural, key in (("equalities", _equality), ("pairs", _contact), ("excludes", _exclude)):
-        add(plural, plural, lambda e, k=key: k(e, twins), lambda e, k=key: k(e, None))
-    add("sensors", "sensor", lambda e: _sensor(e, twins), lambda e: _sensor(e, None))
+        add(plural, plural, (lambda e, k=key: k(e, twins), lambda e, k=key: k(e, None)))
+    add("sensors", "sensor", (lambda e: _sensor(e, twins), lambda e: _sensor(e, None)))
     found["meshes"] = _used_meshes(source, target, found["geoms"])
     return found
 
 
-def _pair(ours: Sequence, theirs: Sequence, our_key: Key, their_key: Key) -> Names:
-    """Pair elements of equal keys: equal names first, then in order."""
-    waiting: dict[Hashable, list[str]] = {}
-    for element in theirs:
-        waiting.setdefault(their_key(element), []).append(element.name)
-    keys = {element.name: our_key(element) for element in ours}
-    pairs: dict[str, str | None] = {}
-    for name, key in keys.items():
-        if key is not None and name in waiting.get(key, []):
-            waiting[key].remove(name)
-            pairs[name] = name
-    for name, key in keys.items():
-        if name not in pairs:
-            left = waiting.get(key, []) if key is not None else []
-            pairs[name] = left.pop(0) if left else None
+def _pair(ours: Sequence, theirs: Sequence, *rounds: tuple[Key, Key]) -> Names:
+    """Pair elements of equal keys, round by round: equal names first, then in order."""
+    pairs: dict[str, str] = {}
+    for our_key, their_key in rounds:
+        taken = set(pairs.values())
+        waiting: dict[Hashable, list[str]] = {}
+        for element in theirs:
+            if element.name not in taken:
+                waiting.setdefault(their_key(element), []).append(element.name)
+        keys = {element.name: our_key(element) for element in ours if element.name not in pairs}
+        for name, key in keys.items():
+            if key is not None and name in waiting.get(key, []):
+                waiting[key].remove(name)
+                pairs[name] = name
+        for name, key in keys.items():
+            if name not in pairs and key is not None and waiting.get(key):
+                pairs[name] = waiting[key].pop(0)
     taken = set(pairs.values())
     lone = [(None, element.name) for element in theirs if element.name not in taken]
-    return (*((name, pairs[name]) for name in keys), *lone)
+    return (*((element.name, pairs.get(element.name)) for element in ours), *lone)
 
 
 def _twin(twins: dict[str, _Twins] | None, kind: str, name: str) -> str | None:
@@ -76,13 +83,18 @@ def _twin(twins: dict[str, _Twins] | None, kind: str, name: str) -> str | None:
     return twins.get(kind, {}).get(name)
 
 
-def _geom_key(shapes: dict[str, Hashable], twins: dict[str, _Twins] | None) -> Key:
-    """Geoms correspond in corresponding bodies if their type, and a mesh's topology, agree."""
+def _geom_key(shapes: dict[str, Hashable], twins: dict[str, _Twins] | None, finer: bool) -> Key:
+    """Geoms correspond in corresponding bodies if their type, and a mesh's topology, agree.
 
-    def key(geom: object) -> Hashable:
-        body = _twin(twins, "body", geom.parent.name)  # type: ignore[attr-defined]
-        shape = shapes.get(geom.meshname) if geom.meshname else geom.hfieldname  # type: ignore
-        return None if body is None else (body, geom.type, shape)  # type: ignore[attr-defined]
+    The finer key tells those that touch nothing from the others, but for the scene's: they stay.
+    """
+
+    def key(geom: mujoco.MjsGeom) -> Hashable:
+        body = _twin(twins, "body", geom.parent.name)
+        shape = shapes.get(geom.meshname) if geom.meshname else geom.hfieldname
+        touches = bool(geom.contype or geom.conaffinity)
+        touches = touches and finer and geom.parent.name != "world"
+        return None if body is None else (body, geom.type, shape, touches)
 
     return key
 
