@@ -9,12 +9,16 @@ from revolver_lab.errors import ParameterError
 from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
 from revolver_lab.evolution.inertias import state_inertia, stop_inferring
 
+_GAINS = (mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtGain.mjGAIN_AFFINE)
+_BIASES = (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)
+
 
 def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
     """Bring two canonical robots to the same form wherever they were written differently.
 
     Ends become pose and size where only one robot gives ends; masses become explicit where one
-    robot states an inertia, or a mass, that the other infers; so do springs and muscles.
+    robot states an inertia, or a mass, that the other infers; so do springs and muscles. A motor
+    beside a servo is a servo of no stiffness.
 
     Args:
         source: A canonical robot, changed in place.
@@ -38,6 +42,7 @@ def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
             _spell_out_spring(b, models[1])
     for a, b in _paired(source, target, pairs, "actuator"):
         _align_muscles(a, b, models)
+        _align_laws(a, b)
     for a, b in _paired(source, target, pairs, "key"):
         _align_keys(a, b, models)
     for a, b in _paired(source, target, pairs, "body"):
@@ -114,6 +119,23 @@ def _align_muscles(a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.
             if values[2] < 0.0:  # it is then found from a scale, and from what the muscle moves
                 values[2] = values[3] / max(model.actuator_acc0[actuator.id], mujoco.mjMINVAL)
                 setattr(actuator, attribute, values)
+
+
+def _align_laws(a: Element, b: Element) -> None:
+    """Let a motor and a servo have one law, gain(q, v) u + bias(q, v), with what is absent 0."""
+    if not all(each.gaintype in _GAINS and each.biastype in _BIASES for each in (a, b)):
+        return
+    if a.biastype != b.biastype:
+        for each in (a, b):
+            if each.biastype == mujoco.mjtBias.mjBIAS_NONE:  # its parameters are not looked at
+                each.biastype, each.biasprm = mujoco.mjtBias.mjBIAS_AFFINE, 0 * each.biasprm
+    if a.gaintype != b.gaintype:
+        for each in (a, b):
+            if each.gaintype == mujoco.mjtGain.mjGAIN_FIXED:  # of its parameters, only the first
+                each.gaintype = mujoco.mjtGain.mjGAIN_AFFINE
+                each.gainprm = [each.gainprm[0], *[0.0] * (len(each.gainprm) - 1)]
+    if a.ctrlspec != b.ctrlspec:  # says what the control is called; these have one control
+        a.ctrlspec = b.ctrlspec = 0
 
 
 def _align_keys(a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.MjModel]) -> None:
