@@ -9,6 +9,7 @@ from revolver_lab.evolution import copying, inertias, shrinking
 from revolver_lab.evolution.contacts import excuse_contacts
 from revolver_lab.evolution.keyframes import extend_keyframes
 from revolver_lab.evolution.naming import free_name
+from revolver_lab.evolution.ties import pulls
 
 Twins = dict[str, dict[str, str]]
 _MESH, _BALL = mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtJoint.mjJNT_BALL
@@ -45,7 +46,6 @@ class Grower:
             self._add_joints(body)
             self._add_shapes(body)
         self._add_rest()
-        extend_keyframes(self.host, self._before)
         inertias.stay_massless(self.host, self._before, self._geoms)
         self._hold()
         excuse_contacts(self.host, self._before, self._geoms)
@@ -186,8 +186,9 @@ class Grower:
         for equality in self._lone("equality", "equalities"):
             name = self._new_name("equality", "equalities", equality.name)
             copy = copying.add_equality(self.host, equality, name, self._rename)
-            shrinking.shrink_equality(copy, anchored=equality.name1 not in self._matched,
-                                      apart=self._is_apart(equality))  # fmt: skip
+            apart = pulls(equality, self.donor, self._matched, self.twins, self._before)
+            anchored = equality.name1 not in self._matched
+            shrinking.shrink_equality(copy, anchored=anchored, apart=apart)
         self._add_contacts()
         for sensor in self._lone("sensor", "sensors"):
             name = free_name(sensor.name, {s.name for s in self.host.sensors})
@@ -211,20 +212,6 @@ class Grower:
                 name = self._new_name(kind, plural, contact.name)
                 copying.add_contact(self.host, plural, contact, name, self._rename)
 
-    def _is_apart(self, equality: mujoco.MjsEquality) -> bool:
-        """Whether a constraint ties together what hangs on different bodies of the host."""
-        if equality.objtype == mujoco.mjtObj.mjOBJ_SITE:  # which need not come together
-            return True
-        if equality.type not in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
-            return False
-        carriers = set()
-        for name in (equality.name1, equality.name2):
-            body = self.donor.body(name or "world")
-            while body.name not in self._matched:
-                body = body.parent
-            carriers.add(body.name)
-        return len(carriers) > 1
-
     def _created(self, kind: str) -> set[str]:
         """Names, in the donor, of created geoms."""
         ours = set(self._geoms)
@@ -232,13 +219,14 @@ class Grower:
 
     def _hold(self) -> None:
         """Hold the joints that were created where the host is welded."""
-        if not self._held:
-            return
         for name in self._held:
             joint = self.host.joint(name)
             shrinking.spell_out_spring(joint, self._model, self._donor_name("joint", name))
             joint.armature = 0.0
             inertias.let_move(joint.parent, self._before)
+        extend_keyframes(self.host, self._before)
+        if not self._held:
+            return
         model = self.host.compile()
         for name in self._held:
             dof = model.joint(name).dofadr[0]

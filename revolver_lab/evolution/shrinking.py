@@ -204,9 +204,8 @@ def shrink_equality(equality: mujoco.MjsEquality, *, anchored: bool, apart: bool
     Args:
         equality: The copy.
         anchored: Whether the body that it is told in is created too.
-        apart: Whether what it ties together hangs on different bodies of the robot, which it
-            would pull at even at zero size. MuJoCo divides the stiffness by the square of the
-            impedance: what pulls has to be slow as well.
+        apart: Whether it would pull at the robot even at zero size, see `ties.pulls`. MuJoCo
+            divides the stiffness by the square of the impedance: what pulls has to be slow as well.
     """
     equality.solimp = [1e-4, 1e-4, 1e-3, 0.5, 2.0]
     if anchored and equality.type in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
