@@ -107,3 +107,16 @@ def test_a_coupling_of_the_target_does_not_pull_at_the_source(tie):
         found, other = (places(evolve.model(at), names, 300) for at in (alpha, 1 - alpha))
         assert np.abs(found - free).max() < 0.005 * pulled
         assert np.abs(other - tied).max() < 1e-9
+
+
+def test_a_ball_with_a_limit_is_created_between_links_that_are_welded():
+    def arm(joint):
+        load = f"<body name='load' pos='.1 0 -.1'>{joint}<geom size='.05' pos='.1 0 0'/></body>"
+        turns = "<joint name='a' axis='0 1 0'/><geom size='.1'/>"
+        return f"<mujoco><worldbody><body name='arm'>{turns}{load}</body></worldbody></mujoco>"
+
+    ends = [arm(""), arm("<joint name='b' type='ball' limited='true' range='0 1.5'/>")]
+    evolve = rvl.Evolution(*ends)
+    for alpha, text in enumerate(ends):
+        expected = places(mujoco.MjModel.from_xml_string(text), ["load"], 200)
+        np.testing.assert_allclose(places(evolve.model(alpha), ["load"], 200), expected, atol=1e-4)

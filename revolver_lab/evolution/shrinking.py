@@ -130,7 +130,8 @@ def hold_joint(joint: mujoco.MjsJoint, inertia: float, timestep: float) -> None:
     joint.springref = joint.ref
     joint.frictionloss = 0.0
     low, high = np.array(joint.range)
-    joint.range = [min(low, joint.ref - 1.0), max(high, joint.ref + 1.0)]
+    low = 0.0 if joint.type == mujoco.mjtJoint.mjJNT_BALL else min(low, joint.ref - 1.0)
+    joint.range = [low, max(high, joint.ref + 1.0)]
 
 
 def shrink_shape(shape: Any, *, inner: bool) -> None:
