@@ -149,6 +149,21 @@ def test_a_parameter_can_have_a_ramp_of_its_own():
     assert evolve.model(0.5).geom("rod").size.tolist() == [0.05, 0.75, 0.0]
 
 
+def test_differences_are_told_in_the_words_of_a_file_and_not_all_of_very_many():
+    def chain(option, joint, count):
+        link = "<body name='b{0}' pos='.1 0 0'><joint name='j{0}' {1}/><geom size='.01'/>"
+        bodies = "".join(link.format(i, joint) for i in range(count)) + "</body>" * count
+        return f"<mujoco><option {option}/><worldbody>{bodies}</worldbody></mujoco>"
+
+    limit = "limited='true' range='0 1'"
+    few = chain("integrator='implicitfast' cone='elliptic'", limit, 1), chain("", "", 1)
+    told = "j0/limited: true -> false; .*integrator: implicitfast -> euler; .*elliptic -> pyramidal"
+    with pytest.raises(ParameterError, match=told):
+        rvl.Evolution(*few)
+    with pytest.raises(ParameterError, match="j19/limited: true -> false; and 3 more"):
+        rvl.Evolution(chain("", limit, 23), chain("", "", 23))
+
+
 def test_discrete_differences_are_listed_and_refused():
     target = pendulum(body='<geom name="hand" size=".1" condim="4" contype="2"/>')
     source = pendulum(body='<geom name="hand" size=".1" condim="3" contype="1"/>')

@@ -63,6 +63,10 @@ def _flat(element: Element, attribute: str) -> np.ndarray:
     return np.array(getattr(element, attribute), dtype=float).reshape(-1)
 
 
+_MOST = 20
+"""Differences that an error lists."""
+_NUMBERED = {"integrator": mujoco.mjtIntegrator, "cone": mujoco.mjtCone,
+             "solver": mujoco.mjtSolver, "jacobian": mujoco.mjtJacobian}  # fmt: skip
 _STATED = ("mass", "ipos", "iquat", "inertia")
 
 
@@ -141,14 +145,24 @@ def _switched(
             )
     refused = [d for d in differences if d.path not in table]
     if refused:
-        listed = "; ".join(f"{d.path}: {d.source} -> {d.target}" for d in refused)
+        listed = "; ".join(map(_told, refused[:_MOST]))
+        more = f"; and {len(refused) - _MOST} more" if len(refused) > _MOST else ""
         raise ParameterError(
-            f"discrete attributes that differ: {listed}",
+            f"discrete attributes that differ: {listed}{more}",
             "equal ones, which can be interpolated around",
             "Make them equal, or name the alpha at which they switch: switch=0.5, or "
             f"switch={{{refused[0].path!r}: 0.5, ...}}.",
         )
     return tuple(replace(d, alpha=float(table[d.path])) for d in differences)
+
+
+def _told(difference: Switch) -> str:
+    """One difference in words: MuJoCo's numbers and names as an XML file has them."""
+    kind = _NUMBERED.get(difference.attribute, lambda value: value)
+    values = [kind(value) for value in (difference.source, difference.target)]
+    words = [value.name.split("_", 1)[1].lower() if hasattr(value, "name") else str(value)
+             for value in values]  # fmt: skip
+    return f"{difference.path}: {' -> '.join(words)}"
 
 
 def _refuse_unknown(unknown: set[str], known: list[str]) -> None:
