@@ -11,7 +11,9 @@ import pytest
 from absl.testing import absltest
 from dm_env import StepType, test_utils
 from gymnasium.utils.env_checker import check_env
+from natural_puck import Reach, puck
 
+import revolver_lab as rvl
 from revolver_lab import _gl
 from revolver_lab.envs import suite
 from revolver_lab.envs.core import HUGE, Controls, Purpose, judge, stream
@@ -240,3 +242,54 @@ def test_registering_imports_neither_mujoco_nor_an_environment():
         "assert not bad, bad"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+ARM = """<robot name='arm'><link name='base'/><link name='tip'><inertial><mass value='1'/>
+<inertia ixx='.1' iyy='.1' izz='.1' ixy='0' ixz='0' iyz='0'/></inertial></link>
+<joint name='turn' type='revolute'><parent link='base'/><child link='tip'/><axis xyz='0 1 0'/>
+<limit lower='-1' upper='1' effort='{}' velocity='2'/></joint></robot>"""
+
+
+def arm(effort, *motors):
+    """A URDF as an MjSpec, with motors that a URDF cannot have."""
+    spec = mujoco.MjSpec.from_string(ARM.format(effort))
+    for name in motors:
+        spec.add_actuator(name=name, target="turn", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    return spec
+
+
+def test_a_urdf_has_no_actuators_until_they_are_added_to_its_specification():
+    with pytest.raises(SettingsError, match=r"without actuators.*add_actuator"):
+        RobotEnv(rvl.Evolution(arm(1), arm(2)), task=Reach())
+    env = RobotEnv(rvl.Evolution(arm(1, "motor"), arm(2, "motor")), alpha=0.5, task=Reach())
+    env.reset(seed=0)
+    env.step(np.ones(1))
+    assert env.simulation.data.qvel[0] > 0
+
+
+class Wide(Reach):
+    """Says that it observes more than it does."""
+
+    def bind(self, model):
+        super().bind(model)
+        self.observation_size = 3
+
+
+class Tall(Reach):
+    """Gives one reward a robot in a column."""
+
+    def reward(self, robot, before):
+        return super().reward(robot, before)[:, None]
+
+
+@pytest.mark.parametrize("make", [
+    lambda task: RobotEnv(puck(), task=task),
+    lambda task: rvl.make_vec_env(puck(), 3, task=task),
+])  # fmt: skip
+def test_a_task_whose_shapes_are_not_what_it_says_is_refused_by_name(make):
+    with pytest.raises(SettingsError, match=r"observations of shape \(\d, 2\) from Wide.*, 3\)"):
+        make(Wide()).reset(seed=0)
+    env = make(Tall())
+    env.reset(seed=0)
+    with pytest.raises(SettingsError, match=r"rewards of shape \(\d, 1\) from Tall"):
+        env.step(np.zeros(env.action_space.shape))

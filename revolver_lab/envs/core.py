@@ -94,7 +94,16 @@ class Controls:
 
     @classmethod
     def of(cls, model: mujoco.MjModel) -> "Controls":
-        """Read the ranges of a robot; an actuator without one gets [-1, 1]."""
+        """Read the ranges of a robot; an actuator without one gets [-1, 1].
+
+        Raises:
+            SettingsError: If it has no actuator.
+        """
+        if model.nu == 0:
+            raise SettingsError(
+                "a robot without actuators", "one or more: an action has a number for each",
+                "To a URDF, which has none: MjSpec.from_file, add_actuator; pass that MjSpec.",
+            )  # fmt: skip
         limited = model.actuator_ctrllimited.astype(bool)[:, None]
         low, high = np.where(limited, model.actuator_ctrlrange, [-1.0, 1.0]).T
         return cls(low=low.copy(), high=high.copy())
@@ -169,6 +178,8 @@ def judge(
     with np.errstate(invalid="ignore", over="ignore"):
         observation = task.observe(robot)
         reward = np.array(task.reward(robot, before), dtype=float)
+        if observation.shape != last.shape or reward.shape != suspect.shape:
+            _refuse(task, observation.shape, last.shape, reward.shape, suspect.shape)
         outcome = Outcome(observation.astype(np.float32), reward, task.terminated(robot),
                           suspect, task.success(robot))  # fmt: skip
         diverged = suspect
@@ -192,6 +203,18 @@ def _small(x: np.ndarray) -> bool:
 
 def first_look(task: Task, robot: State) -> np.ndarray:
     """Observe robots that have just started, (n, O) float32; what is not finite is shown as 0."""
-    observation = task.observe(robot)
+    observation, n = task.observe(robot), len(robot.qpos)
+    if observation.shape != (n, task.observation_size):
+        _refuse(task, observation.shape, (n, task.observation_size))
     sane = np.abs(observation) < HUGE
     return np.where(sane, observation, 0.0).astype(np.float32)
+
+
+def _refuse(task: Task, *shapes: tuple[int, ...]) -> None:
+    """Refuse observations, and rewards, of another shape than the task says: given, wanted, ..."""
+    names = ("observations", "rewards")[: len(shapes) // 2]
+    given = " and ".join(f"{name} of shape {shape}" for name, shape in zip(names, shapes[::2]))
+    raise SettingsError(
+        f"{given} from {type(task).__name__}", " and ".join(map(str, shapes[1::2])),
+        "A task sees n robots at once: observe returns (n, observation_size), reward (n,).",
+    )  # fmt: skip
