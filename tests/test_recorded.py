@@ -93,6 +93,14 @@ def test_the_door_is_not_opened_after_one_jump_hardly_after_two_and_always_after
     assert rows["step-1e-4"]["farthest"] < 0.25
 
 
+@pytest.mark.parametrize(("robot", "met"), [("adroit-door", 1), ("adroit-hammer", 0)])
+def test_no_baseline_succeeds_where_completion_only_is_paid_and_next_to_none_meets_it(robot, met):
+    found = recorded(robot, ["npg-direct", "npg-scratch", "dapg", "soil"], natural=True)
+    assert len(found.learners) == 20
+    assert sum(row["episode_return"] > 0 for one in found.learners for row in one.iterations) == met
+    assert all(not np.any(scores) for scores in found.scores().values())
+
+
 def test_with_a_dense_reward_direct_transfer_and_dapg_open_the_door_soil_in_part_scratch_never():
     found = recorded("adroit-door", natural=True, settings={"task": "dense"})
     good = {row["method"]: row["good"] for row in natural_rows(found)}
