@@ -107,6 +107,12 @@ def test_with_a_dense_reward_direct_transfer_and_dapg_open_the_door_soil_in_part
     assert good == {"npg-direct": 5, "dapg": 5, "soil": 2, "npg-scratch": 0}
 
 
+def test_where_an_ant_grows_feet_every_seed_of_soil_runs_and_returns_more_than_any_of_direct():
+    scores = recorded("ant-leg-emerge", natural=True).scores()
+    assert scores["soil"].min() > 1.4 * scores["npg-direct"].max() > AntRun.idle_return
+    assert {len(found) for found in scores.values()} == {5}
+
+
 def test_on_the_ant_every_seed_of_soil_returns_more_than_any_of_direct_and_none_walks():
     scores = recorded("ant-length-mass", natural=True).scores()
     assert scores["soil"].min() > scores["npg-direct"].max()
