@@ -59,11 +59,20 @@ def _motor(rng, joint):
     return f"<motor joint='{joint}' gear='{rng.integers(1, 9)}' ctrlrange='-1 1'/>"
 
 
-def places(model, names, steps=50, ctrl=0.3):
+def places(model, names, steps=50):
+    """Where bodies are after so many steps, all controls at 0.3."""
     data = mujoco.MjData(model)
-    data.ctrl = ctrl
+    data.ctrl = 0.3
     mujoco.mj_step(model, data, nstep=steps)
     return np.array([data.body(name).xpos for name in names])
+
+
+def bursts(model):
+    """Whether a robot that is left to itself is lost within 300 steps."""
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=300)
+    warned = data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number
+    return bool(warned) or not np.isfinite(data.qpos).all()
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -77,11 +86,7 @@ def test_both_ends_move_as_mujoco_moves_the_robots_there(seed):
         found = places(evolve.model(float(end)), [ours for ours, _ in both])
         expected = places(given, [pair[end] for pair in both])
         np.testing.assert_allclose(found, expected, atol=2e-3)
-    for alpha in (0.25, 0.5, 0.75):
-        data = mujoco.MjData(evolve.model(alpha))
-        mujoco.mj_step(evolve.model(alpha), data, nstep=300)
-        assert np.isfinite(data.qpos).all()
-        assert not data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number
+    assert not any(bursts(evolve.model(alpha)) for alpha in (0.25, 0.5, 0.75))
 
 
 @pytest.mark.parametrize("tie", [

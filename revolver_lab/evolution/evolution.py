@@ -16,7 +16,7 @@ from revolver_lab.evolution import colliding, live, tendon_paths
 from revolver_lab.evolution.alignment import align
 from revolver_lab.evolution.cache import Cache
 from revolver_lab.evolution.canonical import LISTS, canonical, elements
-from revolver_lab.evolution.matching import Matching, match
+from revolver_lab.evolution.matching import match
 from revolver_lab.evolution.meshes import align_meshes
 from revolver_lab.evolution.padding import pad
 from revolver_lab.evolution.ramps import RampSpec
@@ -75,8 +75,7 @@ class Evolution:
         cache_bytes: int = CACHE_BYTES,
     ):
         ours, theirs = (read_robot(robot, unnamed=unnamed) for robot in (source, target))
-        self.matching: Matching = match(ours, theirs, pins=pins, root=root,
-                                        switching=switch is not None)  # fmt: skip
+        self.matching = match(ours, theirs, pins=pins, root=root, switching=switch is not None)
         padded = pad(ours, theirs, self.matching)
         self.name = name or f"{ours.modelname or 'source'}-to-{theirs.modelname or 'target'}"
         self._spec, there = canonical(padded.source), canonical(padded.target)

@@ -17,8 +17,8 @@ def pulls(
 ) -> bool:
     """Whether a constraint ties together what moves in the host without what is created.
 
-    That are sites, which need not come together; tendons, which may run over whatever the host
-    has; bodies that hang on different ones of the host; a joint that the host has.
+    It does if it ties sites, which need not come together; tendons, which may run over whatever the
+    host has; bodies that hang on different ones of the host; or a joint that the host has.
 
     Args:
         equality: The donor's constraint.

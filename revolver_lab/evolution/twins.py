@@ -38,7 +38,7 @@ def match_elements(
 
     shapes = _mesh_shapes(source), _mesh_shapes(target)
     driven = _driven_sites(source), _driven_sites(target)
-    # What is only drawn goes with what is only drawn, as far as there is any.
+    # What is only drawn goes with what is only drawn; where one may switch, then with the rest.
     add("geoms", "geom", *(
         (_geom_key(shapes[0], twins, finer), _geom_key(shapes[1], None, finer))
         for finer in ((True, False) if switching else (True,))

@@ -92,6 +92,7 @@ def film(
     Raises:
         MissingExtraError: If no OpenGL works here, or .mp4 is asked for without imageio-ffmpeg.
         SettingsError: If the path or a size cannot work, or there is nothing to show.
+        UnknownNameError: If there is no such robot, or it has no such camera.
     """
     checked = encoders.check_path(path, encoders.MOVIES)
     fps, speed = encoders.check_pace(fps, speed)
