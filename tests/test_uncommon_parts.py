@@ -213,3 +213,14 @@ def test_what_a_user_moves_becomes_nothing_else():
         assert {pair for pair in evolve.matching.bodies if "m" in pair} == {("m", None),
                                                                            (None, "m")}  # fmt: skip
         assert evolve.model(0.0).nmocap == evolve.model(1.0).nmocap == 1
+
+
+def test_a_skin_is_left_out_and_nothing_else_changes():
+    path = Path(find_spec("dm_control").origin).parent / "suite" / "dog.xml"
+    given = mujoco.MjModel.from_xml_path(str(path))
+    ours = rvl.Evolution(path, path).model(0.0)
+    assert (given.nskin, ours.nskin) == (1, 0)
+    ends = [mujoco.MjData(model) for model in (given, ours)]
+    for data in ends:
+        mujoco.mj_step(data.model, data, nstep=50)
+    np.testing.assert_array_equal(*(data.qpos for data in ends))

@@ -8,12 +8,12 @@ import numpy as np
 from revolver_lab.errors import ParameterError
 from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
 from revolver_lab.evolution.inertias import state_inertia, stop_inferring
-
-_GAINS = (mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtGain.mjGAIN_AFFINE)
-_BIASES = (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)
+from revolver_lab.evolution.laws import align_activations, align_laws, align_muscles
 
 
-def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
+def align(
+    source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs, *, switching: bool = False
+) -> None:
     """Bring two canonical robots to the same form wherever they were written differently.
 
     Ends become pose and size where only one robot gives ends; masses become explicit where one
@@ -24,7 +24,10 @@ def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
         source: A canonical robot, changed in place.
         target: The other one, changed in place.
         pairs: For each kind of element, (name in source, name in target); "wrap" is added.
+        switching: Whether what differs may switch somewhere along the path.
     """
+    motors = list(_paired(source, target, pairs, "actuator"))
+    align_activations(source, target, motors, switching=switching)
     models = source.compile(), target.compile()
     if models[1].narena > models[0].narena:  # one memory for the whole path
         source.memory = int(models[1].narena)
@@ -40,9 +43,9 @@ def align(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> None:
         if np.any(a.springdamper) != np.any(b.springdamper):
             _spell_out_spring(a, models[0])
             _spell_out_spring(b, models[1])
-    for a, b in _paired(source, target, pairs, "actuator"):
-        _align_muscles(a, b, models)
-        _align_laws(a, b)
+    for a, b in motors:
+        align_muscles(a, b, models)
+        align_laws(a, b)
     for a, b in _paired(source, target, pairs, "key"):
         _align_keys(a, b, models)
     for a, b in _paired(source, target, pairs, "body"):
@@ -103,39 +106,6 @@ def _spell_out_spring(joint: Element, model: mujoco.MjModel) -> None:
     joint.stiffness[0] = model.jnt_stiffness[joint.id]
     joint.damping[0] = model.dof_damping[dof]
     joint.springdamper = np.zeros(2)
-
-
-def _align_muscles(a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.MjModel]) -> None:
-    """Let both actuators state what only one states: its range of lengths, its peak force."""
-    if np.any(a.lengthrange) != np.any(b.lengthrange):
-        for actuator, model in zip((a, b), models):
-            actuator.lengthrange = model.actuator_lengthrange[actuator.id]
-    muscles = a.gaintype == b.gaintype == mujoco.mjtGain.mjGAIN_MUSCLE
-    if not muscles or (a.gainprm[2] < 0.0) == (b.gainprm[2] < 0.0):
-        return
-    for actuator, model in zip((a, b), models):
-        for attribute in ("gainprm", "biasprm"):
-            values = np.array(getattr(actuator, attribute))
-            if values[2] < 0.0:  # it is then found from a scale, and from what the muscle moves
-                values[2] = values[3] / max(model.actuator_acc0[actuator.id], mujoco.mjMINVAL)
-                setattr(actuator, attribute, values)
-
-
-def _align_laws(a: Element, b: Element) -> None:
-    """Let a motor and a servo have one law, gain(q, v) u + bias(q, v), with what is absent 0."""
-    if not all(each.gaintype in _GAINS and each.biastype in _BIASES for each in (a, b)):
-        return
-    if a.biastype != b.biastype:
-        for each in (a, b):
-            if each.biastype == mujoco.mjtBias.mjBIAS_NONE:  # its parameters are not looked at
-                each.biastype, each.biasprm = mujoco.mjtBias.mjBIAS_AFFINE, 0 * each.biasprm
-    if a.gaintype != b.gaintype:
-        for each in (a, b):
-            if each.gaintype == mujoco.mjtGain.mjGAIN_FIXED:  # of its parameters, only the first
-                each.gaintype = mujoco.mjtGain.mjGAIN_AFFINE
-                each.gainprm = [each.gainprm[0], *[0.0] * (len(each.gainprm) - 1)]
-    if a.ctrlspec != b.ctrlspec:  # says what the control is called; these have one control
-        a.ctrlspec = b.ctrlspec = 0
 
 
 def _align_keys(a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.MjModel]) -> None:

@@ -37,7 +37,7 @@ class Evolution:
     """A continuum of robots from a source, E(0), to a target, E(1).
 
     Args:
-        source: MJCF or URDF, as a path, XML text or MjSpec.
+        source: MJCF or URDF, as a path, XML text or MjSpec; a skin, only drawn, is left out.
         target: The same for the target robot.
         f: "linear", "smoothstep", a callable, or patterns over `theta_names` to any of these.
         pins: Source names -> target names that the matching has to respect.
@@ -80,7 +80,7 @@ class Evolution:
         self.name = name or f"{ours.modelname or 'source'}-to-{theirs.modelname or 'target'}"
         self._spec, there = canonical(padded.source), canonical(padded.target)
         pairs = dict(padded.pairs) | {"option": [("world", "world")]}
-        align(self._spec, there, pairs)
+        align(self._spec, there, pairs, switching=switch is not None)
         pairs["mesh"] = align_meshes(self._spec, there, pairs)
         self._theta = read_theta(self._spec, there, pairs, f=f, switch=switch)
         self._found = {kind: elements(self._spec, kind) for kind in (*LISTS, "wrap", "option")}

@@ -29,7 +29,7 @@ def read_robot(source: str | Path | mujoco.MjSpec, *, unnamed: str = "refuse") -
     MuJoCo does not read (.dae), in which case all visuals are left out; mesh paths are relative
     to the file, or package:// ones. A path may only lead to files in the robot's folder, or, of a
     URDF, in the ROS package around it; XML text to none at all; an MjSpec is trusted with the
-    files that it names.
+    files that it names. A skin is only drawn, over bodies of one shape, and is left out.
 
     Args:
         source: Path of an MJCF or URDF file, its XML text, or an MjSpec, which is left as it was.
@@ -61,6 +61,8 @@ def read_robot(source: str | Path | mujoco.MjSpec, *, unnamed: str = "refuse") -
         raise RobotFileError(
             f"a {type(source).__name__}", "a path, XML text or an MjSpec", "Pass one of these."
         )
+    for skin in list(spec.skins):
+        spec.delete(skin)
     _check_elements(spec, where)
     name_everything(spec, where, unnamed)
     _check_numbers(_compiled(spec, where), where)
@@ -184,7 +186,7 @@ def _refusal(error: Exception, where: str) -> RobotFileError:
 
 def _check_elements(spec: mujoco.MjSpec, where: str) -> None:
     """Refuse what has no counterpart in a tree of bodies, and negative masses."""
-    found = {"plugin": spec.plugins, "flex": spec.flexes, "skin": spec.skins}
+    found = {"plugin": spec.plugins, "flex": spec.flexes}
     for kind, elements in found.items():
         if len(elements):
             raise RobotFileError(

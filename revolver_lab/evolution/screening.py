@@ -18,7 +18,7 @@ _COUNTS = {
     "nsample": 10**5,
 }  # fmt: skip
 # Elements that run code of others, or whose state has no counterpart in a tree of bodies.
-_UNSUPPORTED = ("plugin", "flex", "flexcomp", "skin", "composite", "extension")
+_UNSUPPORTED = ("plugin", "flex", "flexcomp", "composite", "extension")
 _NAMES = {
     "name", "class", "childclass", "file", "filename", "content_type", "model", "body", "joint",
     "geom", "site", "mesh", "material", "texture", "tendon", "target", "actuator", "text", "data",
@@ -58,7 +58,7 @@ def screen(text: bytes, where: str) -> Screened:
 
     Raises:
         RobotFileError: If it is empty, too large, too deep, not XML, declares entities, asks for
-            unreasonable sizes, holds a number that is not finite, or uses plugins, skins or flexes.
+            unreasonable sizes, holds a number that is not finite, or uses plugins or flexes.
         ParameterError: If a mass, density or inertia is negative.
     """
     if not text.strip():

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -13,6 +14,8 @@ from revolver_lab.evolution.ramps import Ramps, RampSpec
 from revolver_lab.evolution.theta import Block, Switch, Theta
 
 _QUANTITY = {mujoco.mjtJoint.mjJNT_SLIDE: "m"}
+# Numbers whose meaning depends on a type: where it switches, they switch with it.
+_MEANT_BY = {"gaintype": "gainprm", "biastype": "biasprm", "dyntype": "dynprm"}
 
 
 def read_theta(
@@ -43,10 +46,14 @@ def read_theta(
         for a, b in pairs.get(kind, []):
             if (kind, a) == ("body", "world"):
                 continue
+            found = _differences((kind, a), ours[a], theirs[b])
+            switching = {_MEANT_BY.get(difference.attribute) for difference in found}
             for parameter in parameters:
-                blocks.extend(_block((kind, a), ours[a], theirs[b], parameter))
-            differences += _differences((kind, a), ours[a], theirs[b])
-    return Theta(tuple(blocks), _switched(differences, switch), Ramps(f))
+                if parameter.attribute not in switching:
+                    blocks.extend(_block((kind, a), ours[a], theirs[b], parameter))
+            differences += found
+    switches = _switched(differences, switch)
+    return Theta(tuple(blocks), switches + _followers(switches, source, target, pairs), Ramps(f))
 
 
 def _differences(name: tuple[str, str], ours: Element, theirs: Element) -> list[Switch]:
@@ -59,6 +66,21 @@ def _differences(name: tuple[str, str], ours: Element, theirs: Element) -> list[
     ]
 
 
+def _followers(
+    switches: tuple[Switch, ...], source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs
+) -> tuple[Switch, ...]:
+    """The numbers of an actuator's law, which switch where its type does."""
+    ours, theirs = elements(source, "actuator"), elements(target, "actuator")
+    partner = dict(pairs.get("actuator", []))
+    found = []
+    for leader in switches:
+        if attribute := _MEANT_BY.get(leader.attribute):
+            a = leader.element[1]
+            old, new = _flat(ours[a], attribute), _flat(theirs[partner[a]], attribute)
+            found.append(replace(leader, attribute=attribute, source=old, target=new))
+    return tuple(found)
+
+
 def _flat(element: Element, attribute: str) -> np.ndarray:
     return np.array(getattr(element, attribute), dtype=float).reshape(-1)
 
@@ -67,6 +89,7 @@ _MOST = 20
 """Differences that an error lists."""
 _NUMBERED = {"integrator": mujoco.mjtIntegrator, "cone": mujoco.mjtCone,
              "solver": mujoco.mjtSolver, "jacobian": mujoco.mjtJacobian}  # fmt: skip
+_FLAGS = {"disableflags": mujoco.mjtDisableBit, "enableflags": mujoco.mjtEnableBit}
 _STATED = ("mass", "ipos", "iquat", "inertia")
 
 
@@ -158,11 +181,22 @@ def _switched(
 
 def _told(difference: Switch) -> str:
     """One difference in words: MuJoCo's numbers and names as an XML file has them."""
-    kind = _NUMBERED.get(difference.attribute, lambda value: value)
-    values = [kind(value) for value in (difference.source, difference.target)]
-    words = [value.name.split("_", 1)[1].lower() if hasattr(value, "name") else str(value)
-             for value in values]  # fmt: skip
-    return f"{difference.path}: {' -> '.join(words)}"
+    ends = (difference.source, difference.target)
+    return f"{difference.path}: {' -> '.join(_word(difference.attribute, end) for end in ends)}"
+
+
+def _word(attribute: str, value: Any) -> str:
+    """A discrete value as an XML file has it; of flags, those that are not as usual."""
+    if attribute in _NUMBERED:
+        value = _NUMBERED[attribute](value)
+    if attribute in _FLAGS:
+        bits = _FLAGS[attribute].__members__.values()
+        return " and ".join(_name(b) for b in bits if "_" in b.name and b.value & value) or "none"
+    return _name(value) if hasattr(value, "name") else str(value)
+
+
+def _name(member: Any) -> str:
+    return member.name.split("_", 1)[1].lower()
 
 
 def _refuse_unknown(unknown: set[str], known: list[str]) -> None:
