@@ -49,6 +49,16 @@ case ",$extras," in *,train,*)
     fi
 esac
 
+# dm-control asks for labmaze, whose mazes nothing here enters. It has wheels up to Python 3.12, and
+# not for every machine; elsewhere pip would ask for Bazel (github.com/google-deepmind/labmaze/issues/11).
+if ! pip --only-binary labmaze labmaze 2>/dev/null; then
+    say "labmaze has no build for this Python: an empty package stands in for it"
+    empty=$(mktemp -d)
+    printf '[project]\nname = "labmaze"\nversion = "0"\n' > "$empty/pyproject.toml"
+    pip "$empty"
+    rm -rf "$empty"
+fi
+
 say "Installing revolver_lab [$extras]"
 case "$extras" in base) pip -e . ;; *) pip -e ".[$extras]" ;; esac
 

@@ -2,6 +2,8 @@
 
 import atexit
 import contextlib
+import ctypes
+import importlib.util
 import json
 import os
 import platform
@@ -93,7 +95,23 @@ def choose() -> Renderer:
         _chosen = probe()
         if _chosen.backend != "native":
             os.environ["MUJOCO_GL"] = _chosen.backend if _chosen.works else OFF[0]
+        if _chosen.works and _chosen.backend in CANDIDATES:
+            _load_triton()
     return _chosen
+
+
+def _load_triton() -> None:
+    """Load the library of torch's compiler, where there is one, ahead of Mesa's.
+
+    Both bring an LLVM. Mesa's is seen by all that comes later, so a triton that is imported after
+    a picture was drawn is bound to it, and the process dies: at the first step of an optimiser
+    (torch 2.13 with CUDA, triton 3.7, Mesa with LLVM 15; torch for the CPU has no triton).
+    """
+    found = importlib.util.find_spec("triton")
+    for folder in (found.submodule_search_locations or ()) if found else ():
+        for library in Path(folder).glob("_C/libtriton*.so"):
+            with contextlib.suppress(OSError):  # then it cannot be imported either
+                ctypes.CDLL(str(library))
 
 
 def probe(*, fresh: bool = False) -> Renderer:

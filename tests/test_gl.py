@@ -1,9 +1,12 @@
 """Choosing OpenGL: by probing, once, without a word on the way out."""
 
+import _ctypes
 import json
 import os
+import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import pytest
 
@@ -177,6 +180,26 @@ def test_pictures_of_ours_and_of_dm_control_can_be_interleaved():
         assert (physics.render(48, 64) == before).all()
         assert (stage.frame() == ours).all()
     assert (physics.render(48, 64) == before).all()
+
+
+@needs_gl
+def test_the_library_of_torchs_compiler_is_loaded_ahead_of_opengls_and_nothing_imported(tmp_path):
+    library = tmp_path / "triton" / "_C" / "libtriton.so"
+    library.parent.mkdir(parents=True)
+    shutil.copy(_ctypes.__file__, library)  # any library will do
+    (tmp_path / "triton" / "__init__.py").write_text("raise SystemExit('imported')")
+    code = "from revolver_lab import _gl; _gl.choose(); maps = open('/proc/self/maps').read()\n"
+    code += f"import sys; print({str(library)!r} in maps, 'OpenGL' in sys.modules)"
+    assert run(code, PYTHONPATH=str(tmp_path)) == ("True False", "")
+
+
+@needs_gl
+@pytest.mark.skipif(find_spec("triton") is None, reason="torch for the CPU has no compiler")
+def test_a_step_of_torchs_optimiser_after_a_picture_ends_well():
+    code = f"import revolver_lab as rvl; rvl.lab.strip(rvl.Evolution({POLE!r}, {POLE!r}), [0])\n"
+    code += "import torch; w = torch.zeros(1, requires_grad=True); w.grad = torch.ones(1)\n"
+    code += "torch.optim.Adam([w]).step(); print('stepped')"
+    assert run(code)[0] == "stepped"
 
 
 def test_another_version_of_the_pair_is_refused_in_one_line(monkeypatch):
