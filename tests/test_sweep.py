@@ -26,6 +26,7 @@ from revolver_lab.policies import Policy
 from revolver_lab.runs import Plan, Run, checkpoint, keep, keeping, recorded, store, worker
 from revolver_lab.runs.claim import claimed
 from revolver_lab.runs.natural_summary import natural_rows, over_iterations
+from revolver_lab.runs.so_far import so_far
 from revolver_lab.runs.sweep import sweep
 from revolver_lab.runs.sweep_file import plans_of, read_sweep
 
@@ -291,6 +292,25 @@ def test_a_sweep_ends_in_tables_that_say_what_every_learner_came_to(peace, tmp_p
     again = recorded("adroit-door", folder=tmp_path, natural=True)
     assert again.methods == ("tiny", "npg-like")
     assert (kept / store.ITERATIONS).read_bytes() == (peace.folder / store.ITERATIONS).read_bytes()
+
+
+def test_a_natural_learner_is_drawn_iteration_by_iteration_as_it_trains_and_afterwards(
+    peace, tmp_path, monkeypatch
+):
+    ended = {(one.method, one.seed): one.iterations for one in peace.results().learners}
+    for one in so_far(peace.folder):
+        assert one.phases == ended[one.method, one.seed]
+    run = Run(plans_of(TINY)[0], root=tmp_path)
+    run.prepare(1)
+    half = worker.Worker(run.folder, 0, every=1e9)
+    left, pause = iter(range(9)), half._pause
+    monkeypatch.setattr(half, "_pause", lambda: pause() or next(left, None) is None)
+    assert not half.run()  # which leaves a checkpoint, and no tables
+    drawn = [(one.method, one.seed, phase["steps"]) for one in so_far(run.folder)
+             for phase in one.phases]  # fmt: skip
+    assert len(drawn) > 1
+    made = [(*who, row["steps"]) for who, rows in ended.items() for row in rows]
+    assert set(drawn) < set(made)
 
 
 def test_long_runs_are_thinned_where_they_are_kept_and_say_as_much_as_before(

@@ -8,7 +8,8 @@ from typing import Any, Protocol
 
 from revolver_lab.errors import MissingExtraError
 
-_FROM_PHASES = ("alpha", "episode_return", "mean_beta", "kept")
+_FROM_PHASES = ("alpha", "episode_return", "mean_beta", "kept",
+                "success", "average", "kl", "log_std", "explained")  # fmt: skip
 
 
 class Curves(Protocol):
@@ -54,7 +55,7 @@ def _write(writer: Any, one: Curves) -> None:
     """Writes the numbers of one learner, against its environment steps."""
     for phase in one.phases:
         for name in _FROM_PHASES:
-            value = phase[name]
+            value = phase.get(name)  # a natural method tells others than Algorithm 1
             if value is not None and math.isfinite(value):
                 writer.add_scalar(f"phase/{name}", value, int(phase["steps"]))
     for steps, value in one.evaluations:

@@ -15,7 +15,8 @@ class Curves:
     Attributes:
         method: Name of its method.
         seed: Its seed.
-        phases: One dictionary a phase that is over, see `revolver_lab.logs.Phase`.
+        phases: One dictionary a phase that is over, see `revolver_lab.logs.Phase`; of a natural
+            method one an iteration, see `revolver_lab.natural_log.Iteration`.
         evaluations: Environment steps and mean return on the target, of each evaluation.
     """
 
@@ -41,7 +42,7 @@ def so_far(folder: str | Path) -> tuple[Curves, ...]:
     plan = store.read_plan(folder)
     if (folder / store.CARD).exists():
         return tuple(
-            Curves(method=one.method, seed=one.seed, phases=one.phases,
+            Curves(method=one.method, seed=one.seed, phases=one.iterations or one.phases,
                    evaluations=tuple(zip(one.steps.tolist(), one.curve.tolist())))
             for one in read_results(folder).learners
         )  # fmt: skip
@@ -61,7 +62,8 @@ def _shard(folder: Path, shard: int) -> dict[str, Curves]:
     members = store.shard_members(folder, plan, shard)
     return {
         member.name: Curves(
-            method=member.method.name, seed=member.seed, phases=tuple(log["phases"]),
+            method=member.method.name, seed=member.seed,
+            phases=tuple(log.get("iterations") or log["phases"]),
             evaluations=tuple((e["steps"], sum(e["returns"]) / len(e["returns"]))
                               for e in log["evaluations"]),
         )
