@@ -149,6 +149,22 @@ def test_a_urdf_keeps_its_links_visuals_and_limits():
     np.testing.assert_allclose(model.joint("turn").range, [-1, 1])
 
 
+@pytest.mark.parametrize("ixy", ["1", "-1"])
+def test_an_inertia_that_no_body_has_is_left_out_where_nobody_feels_it(ixy):
+    inertia = f"<mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='{ixy}' ixz='0' iyz='0'/>"
+    base = f"<inertial>{inertia}</inertial>"
+    assert read_robot(URDF.format(base, "1")).compile().nv == 1
+    tip = URDF.format("", "1").replace('ixy="0"', f'ixy="{ixy}"')
+    with pytest.raises(RobotFileError, match=r"positive eigenvalues.*three positive principal"):
+        read_robot(tip)
+
+
+def test_what_is_no_number_in_a_urdfs_inertia_is_refused():
+    inertia = "<mass value='1'/><inertia ixx='a' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/>"
+    with pytest.raises(RobotFileError):
+        read_robot(URDF.format(f"<inertial>{inertia}</inertial>", "1"))
+
+
 def test_package_paths_in_a_urdf_are_refused(tmp_path):
     mesh = '<visual><geometry><mesh filename="package://r/m.stl"/></geometry></visual>'
     path = tmp_path / "r.urdf"
@@ -189,6 +205,9 @@ def ros_package(folder, mesh, manifest=None):
         ("my_robot", "package://my_robot/meshes/base.obj", None),
         ("src", "package://my_robot/meshes/base.obj", "my_robot"),
         ("src", "../meshes/base.obj", "my_robot"),
+        ("my_robot", "package://my_robot/meshes/base.obj", "renamed"),
+        ("my_robot", "package:///my_robot/meshes/base.obj", None),
+        ("many/robots/mine", "package://many/robots/mine/meshes/base.obj", None),
     ],
 )
 def test_the_meshes_of_a_ros_package_are_found(tmp_path, folder, mesh, manifest):
@@ -203,7 +222,7 @@ def test_the_meshes_of_a_ros_package_are_found(tmp_path, folder, mesh, manifest)
     ("mesh", "manifest", "message"),
     [
         ("package://other/meshes/base.obj", None, "'other' around it"),
-        ("package://my_robot/meshes/base.obj", "renamed", "'my_robot' around it"),
+        ("package://", "my_robot", "a folder '' around it"),
         ("package://my_robot/../secret.obj", None, "outside its folder"),
         ("../meshes/base.obj", None, "outside its folder"),
         ("../../secret.obj", "my_robot", "outside its folder"),

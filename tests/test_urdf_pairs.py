@@ -111,3 +111,20 @@ def test_a_link_without_mass_turns_on_when_its_load_learns_to_turn_too():
     for alpha, text in enumerate(ends):
         expected = places(mujoco.MjModel.from_xml_string(text), names)
         np.testing.assert_allclose(places(evolve.model(alpha), names), expected, atol=1e-3)
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_a_robot_whose_pictures_cannot_be_read_is_matched_with_one_whose_can(tmp_path, back):
+    solid = ["<box size='.1 .05 .04'/>"]
+    unread = tmp_path / "unread.urdf"  # MuJoCo reads no .dae, so nothing of it is drawn
+    parts = [link("base", ["<mesh filename='base.dae'/>"], solid),
+             link("arm", ["<mesh filename='arm.dae'/>"], solid, 1),
+             joint("base", "arm", "revolute")]  # fmt: skip
+    unread.write_text(robot(*parts).replace(KEEP, ""))
+    drawn = robot(link("base", ["<sphere radius='.08'/>"], solid),
+                  link("arm", SHAPES, solid, 2), joint("base", "arm", "revolute"))  # fmt: skip
+    robots = [drawn, unread] if back else [unread, drawn]
+    evolve = rvl.Evolution(*robots)
+    assert evolve.matching.created == 0
+    counts = [mujoco.MjModel.from_xml_string(drawn).ngeom, evolve.model(0.5).ngeom]
+    assert counts[0] == counts[1] > 4

@@ -16,12 +16,12 @@ from revolver_lab.evolution import colliding, live, tendon_paths
 from revolver_lab.evolution.alignment import align
 from revolver_lab.evolution.cache import Cache
 from revolver_lab.evolution.canonical import LISTS, canonical, elements
-from revolver_lab.evolution.matching import match
 from revolver_lab.evolution.meshes import align_meshes
 from revolver_lab.evolution.padding import pad
 from revolver_lab.evolution.ramps import RampSpec
 from revolver_lab.evolution.reading import read_robot
 from revolver_lab.evolution.survey import read_theta
+from revolver_lab.evolution.welds import correspond
 
 if TYPE_CHECKING:
     from dm_control.mujoco import Physics
@@ -74,13 +74,14 @@ class Evolution:
         name: str | None = None,
         cache_bytes: int = CACHE_BYTES,
     ):
-        ours, theirs = (read_robot(robot, unnamed=unnamed) for robot in (source, target))
-        self.matching = match(ours, theirs, pins=pins, root=root, switching=switch is not None)
+        read = (read_robot(robot, unnamed=unnamed) for robot in (source, target))
+        switching = switch is not None
+        ours, theirs, self.matching = correspond(*read, pins=pins, root=root, switching=switching)
         padded = pad(ours, theirs, self.matching)
         self.name = name or f"{ours.modelname or 'source'}-to-{theirs.modelname or 'target'}"
         self._spec, there = canonical(padded.source), canonical(padded.target)
         pairs = dict(padded.pairs) | {"option": [("world", "world")]}
-        align(self._spec, there, pairs, switching=switch is not None)
+        align(self._spec, there, pairs, switching=switching)
         pairs["mesh"] = align_meshes(self._spec, there, pairs)
         self._theta = read_theta(self._spec, there, pairs, f=f, switch=switch)
         self._found = {kind: elements(self._spec, kind) for kind in (*LISTS, "wrap", "option")}

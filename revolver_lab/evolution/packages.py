@@ -8,8 +8,7 @@ from revolver_lab.evolution.screening import inside
 
 SCHEME = "package://"
 MANIFEST = "package.xml"
-_LEVELS = 4  # folders above a file in which its package is looked for
-_UNDECLARED = 2  # of those, how many may be a package by their name alone: NAME/urdf/robot.urdf
+_LEVELS = 4  # folders above a file that may be its package: NAME/robots/ROBOT/urdf/robot.urdf
 
 
 def package_folder(path: Path, name: str | None = None) -> Path | None:
@@ -17,17 +16,16 @@ def package_folder(path: Path, name: str | None = None) -> Path | None:
 
     Args:
         path: The robot's file.
-        name: The package: what its manifest calls it, or else the name of its folder, which is
-            then the file's or the one above. None takes the nearest folder with a manifest.
+        name: The package: what its manifest calls it, or the name of its folder, as the two may
+            differ. None takes the nearest folder with a manifest.
 
     Example:
         >>> package_folder(Path("robot.urdf"), "no_such_package") is None
         True
     """
-    for level, folder in enumerate(path.resolve().parents[:_LEVELS]):
+    for folder in path.resolve().parents[:_LEVELS]:
         called = _called(folder / MANIFEST)
-        named = (called or (level < _UNDECLARED and folder.name)) == name
-        if (called is not None) if name is None else named:
+        if called is not None if name is None else name in (called, folder.name):
             return folder
     return None
 
@@ -60,7 +58,7 @@ def mesh_file(path: Path, name: str, meshdir: str, where: str) -> Path:
         file = folder / meshdir / name
         inside(package_folder(path) or folder, name if "://" in name else str(file), where, name)
         return file
-    package, _, rest = name.removeprefix(SCHEME).partition("/")
+    package, _, rest = name.removeprefix(SCHEME).lstrip("/").partition("/")
     folder = package_folder(path, package) if package else None
     if folder is None:
         raise RobotFileError(

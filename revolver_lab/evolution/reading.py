@@ -3,22 +3,27 @@
 import difflib
 import os
 from pathlib import Path
-from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 
 from revolver_lab.errors import ParameterError, RobotFileError
+from revolver_lab.evolution.discarding import discard
 from revolver_lab.evolution.naming import name_everything
-from revolver_lab.evolution.packages import mesh_file
 from revolver_lab.evolution.screening import Screened, inside, screen
+from revolver_lab.evolution.urdf import with_compiler_settings, with_whole_paths
 
-_MESHES = (".stl", ".obj", ".msh")
 _REMEDIES = {
     "repeated name": "Give every element of a kind a name of its own.",
     "Error opening file": "Put the file where the robot expects it.",
     "mjMINVAL": "Give the body a geom with a mass, or an <inertial>.",
     "Schema violation": "Check the spelling against MuJoCo's XML reference.",
+    "no decoder found": "Convert it: MuJoCo reads .stl, .obj and .msh.",
+    "ASCII file": "Save it as a binary STL.",
+    "balanceinertia": "Correct the inertia, or let MuJoCo: balanceinertia='true' in <compiler>, "
+    "which a URDF has within <mujoco>.",
+    "positive eigenvalues": "Give that body an inertia with three positive principal values.",
+    "volume is too small": "Give its body an <inertial>, or close the mesh.",
 }
 
 
@@ -65,7 +70,11 @@ def read_robot(source: str | Path | mujoco.MjSpec, *, unnamed: str = "refuse") -
         spec.delete(skin)
     _check_elements(spec, where)
     name_everything(spec, where, unnamed)
-    _check_numbers(_compiled(spec, where), where)
+    # Of two welded bodies it would make one, for good; without it they move the same.
+    spec.compiler.fusestatic = False
+    model = _compiled(spec, where)
+    _check_numbers(model, where)
+    discard(spec, model)
     return spec
 
 
@@ -96,24 +105,11 @@ def _from_path(path: str | Path) -> mujoco.MjSpec:
         for name in found.files:
             inside(folder, os.path.join(base, name), where)
     if urdf:
-        return _parse(_with_whole_paths(data.decode(), path, where), found, where, folder)
+        return _parse(with_whole_paths(data.decode(), path, where), found, where, folder)
     try:
         return mujoco.MjSpec.from_file(str(path))
     except (ValueError, mujoco.FatalError) as error:
         raise _refusal(error, where) from error
-
-
-def _with_whole_paths(text: str, path: Path, where: str) -> str:
-    """A URDF's text with every mesh by its whole path, once that has been looked at."""
-    root = ElementTree.fromstring(text)
-    compiler = root.find("mujoco/compiler")
-    settings = {} if compiler is None else compiler.attrib
-    strips = settings.pop("strippath", "false") == "true"
-    for mesh in root.iter("mesh"):
-        name = mesh.get("filename", "")
-        name = name.rpartition("/")[2] if strips else name
-        mesh.set("filename", str(mesh_file(path, name, settings.get("meshdir", ""), where)))
-    return ElementTree.tostring(root, encoding="unicode")
 
 
 def _read(path: Path, where: str) -> bytes:
@@ -151,30 +147,13 @@ def _follow_includes(found: Screened, folder: Path, where: str) -> None:
 def _parse(text: str, found: Screened, where: str, folder: Path) -> mujoco.MjSpec:
     """Let MuJoCo parse a screened text whose files are relative to a folder."""
     if found.kind == "robot":
-        text = _with_compiler_settings(text, found)
+        text = with_compiler_settings(text, found)
     try:
         spec = mujoco.MjSpec.from_string(text)
     except (ValueError, mujoco.FatalError) as error:
         raise _refusal(error, where) from error
     spec.modelfiledir = str(folder)
     return spec
-
-
-def _with_compiler_settings(text: str, found: Screened) -> str:
-    """A URDF's text with MuJoCo's URDF settings spelled out where it does not set them itself."""
-    root = ElementTree.fromstring(text)
-    extension = root.find("mujoco")
-    if extension is None:
-        extension = ElementTree.SubElement(root, "mujoco")
-    compiler = extension.find("compiler")
-    if compiler is None:
-        compiler = ElementTree.SubElement(extension, "compiler")
-    readable = all(Path(name).suffix.lower() in _MESHES for name in found.visuals)
-    settings = {"fusestatic": "false", "strippath": "false"}
-    settings["discardvisual"] = "false" if readable else "true"
-    for name, value in settings.items():
-        compiler.set(name, compiler.get(name, value))
-    return ElementTree.tostring(root, encoding="unicode")
 
 
 def _refusal(error: Exception, where: str) -> RobotFileError:
