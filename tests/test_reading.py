@@ -221,7 +221,7 @@ def test_the_meshes_of_a_ros_package_are_found(tmp_path, folder, mesh, manifest)
 @pytest.mark.parametrize(
     ("mesh", "manifest", "message"),
     [
-        ("package://other/meshes/base.obj", None, "'other' around it"),
+        ("package://other/meshes/base.obj", None, "'other' around it or beside it"),
         ("package://", "my_robot", "a folder '' around it"),
         ("package://my_robot/../secret.obj", None, "outside its folder"),
         ("../meshes/base.obj", None, "outside its folder"),
@@ -235,6 +235,18 @@ def test_a_urdf_that_leaves_its_package_is_refused(tmp_path, mesh, manifest, mes
     (tmp_path / "secret.obj").write_text(TETRAHEDRON)
     with pytest.raises(RobotFileError, match=message):
         read_robot(ros_package(tmp_path / "my_robot", mesh, manifest))
+
+
+def test_a_folder_beside_a_urdf_may_be_called_a_package_and_the_text_begin_late(tmp_path):
+    urdf = ros_package(tmp_path / "my_robot", "package://meshes/base.obj")
+    late = tmp_path / "my_robot" / "late.urdf"
+    late.write_text("\n\n <?xml version='1.0'?>" + urdf.read_text())
+    assert read_robot(late).compile().nmesh == 1
+    (tmp_path / "my_robot" / "linked").symlink_to(tmp_path)
+    (tmp_path / "base.obj").write_text(TETRAHEDRON)
+    late.write_text(urdf.read_text().replace("package://meshes", "package://linked"))
+    with pytest.raises(RobotFileError, match="outside its folder"):
+        read_robot(late)
 
 
 def test_what_a_urdf_says_to_mujoco_stays_in_its_folder_too(tmp_path):

@@ -60,11 +60,15 @@ def mesh_file(path: Path, name: str, meshdir: str, where: str) -> Path:
         return file
     package, _, rest = name.removeprefix(SCHEME).lstrip("/").partition("/")
     folder = package_folder(path, package) if package else None
+    beside = path.parent.resolve() / package
+    if folder is None and package and beside.is_dir():  # some write the path from their folder so
+        inside(path.parent.resolve(), str(beside), where, name)
+        folder = beside
     if folder is None:
         raise RobotFileError(
             f"{where} names {name!r}",
-            f"a file of a package that holds the robot: a folder {package!r} around it, or one "
-            f"whose {MANIFEST} gives that name",
+            f"a file of a package that holds the robot: a folder {package!r} around it or beside "
+            f"it, or one whose {MANIFEST} gives that name",
             "Put the robot into its package, or write the path relative to it, without package://.",
         )
     inside(folder, rest, where, name)

@@ -14,7 +14,7 @@ _MESHES = (".stl", ".obj", ".msh")
 
 def with_whole_paths(text: str, path: Path, where: str) -> str:
     """A URDF's text with every mesh by its whole path, once that has been looked at."""
-    root = ElementTree.fromstring(text)
+    root = ElementTree.fromstring(text.lstrip("\ufeff \t\r\n"))
     compiler = root.find("mujoco/compiler")
     settings = {} if compiler is None else compiler.attrib
     strips = settings.pop("strippath", "false") == "true"
