@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from random_robots import random_robot
 
+import revolver_lab as rvl
 from revolver_lab.evolution.lifting import lift
 from revolver_lab.evolution.matching import match
 from revolver_lab.evolution.padding import pad
@@ -225,3 +226,26 @@ def test_meshes_defaults_tendons_and_constraints_come_along(tmp_path):
         assert getattr(models[0], size) == getattr(models[1], size), size
     assert len(twins.pairs["mesh"]) == 2
     assert apart(source.compile(), models[0], 300, ground=False).max() < 1e-6
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_a_mesh_that_encloses_next_to_nothing_is_created(back):
+    # Slivers that are far apart: little area, and a large box around it.
+    places = ((0, 0.01), (0, -0.011), (0.009, 0), (-0.006, -0.002))
+    corners = " ".join(
+        f"5e-4 {y + 2e-5} {z - 2e-5} 5e-4 {y} {z + 2e-5} -5e-4 {y} {z}" for y, z in places
+    )
+    faces = " ".join(f"{i} {i + 1} {i + 2}" for i in range(0, 3 * len(places), 3))
+    sheet = f"<mesh name='sheet' vertex='{corners}' face='{faces}'/>"
+    drawn = "<geom name='sheet' type='mesh' mesh='sheet' contype='0' conaffinity='0'/>"
+    inertia = "<inertial pos='0 0 0' mass='1' diaginertia='.1 .1 .1'/>"
+
+    def arm(asset="", geom=""):
+        return (f"<mujoco><asset>{asset}</asset><worldbody><body name='arm'>{inertia}"
+                f"<joint name='turn'/>{geom}</body></worldbody></mujoco>")  # fmt: skip
+
+    robots = [arm(), arm(sheet, drawn)]
+    evolve = rvl.Evolution(*(robots[::-1] if back else robots))
+    absent, there = (evolve.model(float(alpha)) for alpha in (back, not back))
+    sizes = [np.ptp(model.mesh_vert, axis=0).max() for model in (absent, there)]
+    assert sizes[0] < 0.2 * sizes[1]

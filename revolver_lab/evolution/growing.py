@@ -168,7 +168,7 @@ class Grower:
             name = self._new_name("mesh", "meshes", mesh.name)
             copy = copying.copy_asset(self.host, self.donor, "mesh", mesh, name)
             sides = self._model.geom(geom.name).size if geom.type == _MESH else np.ones(3)
-            shrinking.shrink_mesh(copy, float(8.0 * np.prod(sides)))
+            shrinking.shrink_mesh(copy, self._model, mesh.name, float(8.0 * np.prod(sides)))
         name = self._new_name("geom", "geoms", geom.name)
         copy = copying.add_to_body(here, "geom", geom, name, self._rename)
         shrinking.shrink_shape(copy, inner=inner)

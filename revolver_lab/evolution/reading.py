@@ -18,6 +18,7 @@ _REMEDIES = {
     "Error opening file": "Put the file where the robot expects it.",
     "mjMINVAL": "Give the body a geom with a mass, or an <inertial>.",
     "Schema violation": "Check the spelling against MuJoCo's XML reference.",
+    "'mujocoinclude'": "It is a part of a robot: give the file that includes it.",
     "no decoder found": "Convert it: MuJoCo reads .stl, .obj and .msh.",
     "ASCII file": "Save it as a binary STL.",
     "balanceinertia": "Correct the inertia, or let MuJoCo: balanceinertia='true' in <compiler>, "

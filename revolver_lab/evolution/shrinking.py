@@ -45,6 +45,7 @@ _TINY_MASS_IN_MEDIUM, _TINY_INERTIA_IN_MEDIUM = 2e-8, 2e-15
 _RK4 = mujoco.mjtIntegrator.mjINT_RK4
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE
 _MUSCLE_FORCE, _MUSCLE_SCALE = 2, 3  # places in gainprm and biasprm
+_LEAST_VOLUME = 1e-14  # [m^3], of a mesh; MuJoCo refuses those below 1e-15
 FREELY_SIZED = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 
 
@@ -159,15 +160,26 @@ def can_shrink(geom: mujoco.MjsGeom) -> bool:
     return geom.type not in FREELY_SIZED
 
 
-def shrink_mesh(mesh: mujoco.MjsMesh, volume: float) -> None:
+def shrink_mesh(mesh: mujoco.MjsMesh, model: mujoco.MjModel, donor: str, volume: float) -> None:
     """Shrink a mesh, but not below the volume that MuJoCo accepts.
 
     Args:
         mesh: The copy.
-        volume: About its full volume [m^3].
+        model: The compiled robot that it was copied from.
+        donor: Its name there.
+        volume: About its full volume [m^3]; that of a sheet may be far less.
     """
     factor = max(EPSILON, (1e-12 / max(volume, 1e-12)) ** (1 / 3))
-    mesh.scale = np.array(mesh.scale) * factor
+    least = max(_enclosed(model, model.mesh(donor).id), _LEAST_VOLUME)
+    mesh.scale = np.array(mesh.scale) * max(factor, (_LEAST_VOLUME / least) ** (1 / 3))
+
+
+def _enclosed(model: mujoco.MjModel, mesh: int) -> float:
+    """Volume that the faces of a compiled mesh enclose [m^3]."""
+    first, faces = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
+    points = model.mesh_vert[first : first + model.mesh_vertnum[mesh]].astype(float)
+    corners = points[model.mesh_face[faces : faces + model.mesh_facenum[mesh]]]
+    return float(abs(np.linalg.det(corners).sum()) / 6.0)
 
 
 def shrink_actuator(actuator: mujoco.MjsActuator, model: mujoco.MjModel, donor: str) -> None:
