@@ -107,6 +107,7 @@ def test_a_trunk_on_a_base_corresponds_to_a_trunk_without_one(base, back):
     assert ("body", "trunk") in pairs
     assert {("FL_hip", "FL_hip"), ("RR_calf", "RR_calf")} < pairs
     assert evolve.matching.created == base.count("<body")
+    assert "links that are welded to each other hang from one" in str(evolve.matching)
     for alpha, text in enumerate(robots):
         given = mujoco.MjModel.from_xml_string(text)
         ends = [mujoco.MjData(model) for model in (given, evolve.model(alpha))]
@@ -129,6 +130,7 @@ def test_chains_that_are_in_both_robots_stay_as_they_are():
     evolve = rvl.Evolution(*robots)
     assert evolve.matching.created == 0
     assert evolve.matching.source_levels[1] == ("trunk", "base", 1)
+    assert "welded" not in str(evolve.matching)
 
 
 def test_a_robot_that_senses_a_subtree_stays_as_it_is():

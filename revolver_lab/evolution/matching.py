@@ -41,6 +41,7 @@ class Matching:
         created: Bodies, joints and actuators created on either side.
         source_levels: For the source's tree in drawing order, (body, parent, depth).
         target_levels: The same of the target.
+        unchained: Whether links that are welded to each other were hung from one of them.
     """
 
     bodies: Names
@@ -60,6 +61,7 @@ class Matching:
     created: int
     source_levels: tuple[tuple[str, str, int], ...]
     target_levels: tuple[tuple[str, str, int], ...]
+    unchained: bool
 
     def __str__(self) -> str:
         """Both trees side by side, with what has to be created marked by a plus."""
@@ -77,6 +79,8 @@ class Matching:
         roots = []
         if self.target_root and self.target_levels[0][0] != self.target_root:
             roots = [f"rooted alike at {self.source_root} and {self.target_root}"]
+        if self.unchained:
+            roots += ["links that are welded to each other hang from one of them"]
         body = [f"{left:<{width}}{right}" for left, right in rows]
         scene = [f"= {a} of the scene stays" if a else f"- {b} of the target's scene is left out"
                  for a, b in self.scenery]  # fmt: skip
@@ -225,6 +229,7 @@ def _named(
         created=len(lone),
         source_levels=a.levels(),
         target_levels=b.levels(),
+        unchained=False,
     )
 
 

@@ -1,6 +1,7 @@
 """Hangs links that are welded to each other from one of them, as files chain them in any order."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -54,7 +55,8 @@ def correspond(
     refusals: list[MatchingError] = []
     for a, b in (given, unchained):
         try:
-            found.append((a, b, match(a, b, pins=pins, root=root, switching=switching)))
+            made = match(a, b, pins=pins, root=root, switching=switching)
+            found.append((a, b, replace(made, unchained=(a, b) != given)))
         except MatchingError as refusal:
             refusals.append(refusal)
     if not found:
