@@ -101,6 +101,18 @@ def test_no_baseline_succeeds_where_completion_only_is_paid_and_next_to_none_mee
     assert all(not np.any(scores) for scores in found.scores().values())
 
 
+def test_the_ball_is_met_without_robots_between_and_yet_no_baseline_carries_it_as_well():
+    methods = ["npg-revolver", "npg-direct", "dapg", "soil", "npg-scratch"]
+    found = recorded("adroit-relocate-fingers", methods, natural=True)
+    good = {row["method"]: row["good"] for row in natural_rows(found)}
+    assert good == {"npg-revolver": 5, "npg-direct": 0, "dapg": 0, "soil": 2, "npg-scratch": 0}
+    won = {name: np.array([np.mean(one.successes) for one in found.of(name)]) for name in methods}
+    assert won["npg-revolver"].min() > max(won["npg-direct"].max(), won["dapg"].max())
+    assert (won["soil"] >= won["npg-revolver"].min()).sum() == 2
+    assert not won["npg-scratch"].any()
+    assert {len(some) for some in won.values()} == {5}
+
+
 def test_with_a_dense_reward_direct_transfer_and_dapg_open_the_door_soil_in_part_scratch_never():
     found = recorded("adroit-door", natural=True, settings={"task": "dense"})
     good = {row["method"]: row["good"] for row in natural_rows(found)}
