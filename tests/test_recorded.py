@@ -113,6 +113,12 @@ def test_the_ball_is_met_without_robots_between_and_yet_no_baseline_carries_it_a
     assert {len(some) for some in won.values()} == {5}
 
 
+def test_where_three_fingers_shrink_direct_opens_the_door_in_four_seeds_and_imitation_in_none():
+    good = {row["method"]: row["good"]
+            for row in natural_rows(recorded("adroit-door-fingers", natural=True))}  # fmt: skip
+    assert good == {"npg-revolver": 10, "npg-direct": 4, "dapg": 0, "soil": 0, "npg-scratch": 0}
+
+
 def test_with_a_dense_reward_direct_transfer_and_dapg_open_the_door_soil_in_part_scratch_never():
     found = recorded("adroit-door", natural=True, settings={"task": "dense"})
     good = {row["method"]: row["good"] for row in natural_rows(found)}
