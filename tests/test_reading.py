@@ -184,6 +184,7 @@ def test_reading_changes_no_array_of_the_compiled_robot(name):
             np.testing.assert_array_equal(value, getattr(ours, attribute), attribute)
 
 
+TINY = "v 0 0 0\nv 5e-6 0 0\nv 0 5e-6 0\nv 0 0 5e-6\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 
 
@@ -223,6 +224,7 @@ def test_the_meshes_of_a_ros_package_are_found(tmp_path, folder, mesh, manifest)
     [
         ("package://other/meshes/base.obj", None, "'other' around it or beside it"),
         ("package://", "my_robot", "a folder '' around it"),
+        ("package://../secret.obj", None, "outside its folder"),
         ("package://my_robot/../secret.obj", None, "outside its folder"),
         ("../meshes/base.obj", None, "outside its folder"),
         ("../../secret.obj", "my_robot", "outside its folder"),
@@ -247,6 +249,30 @@ def test_a_folder_beside_a_urdf_may_be_called_a_package_and_the_text_begin_late(
     late.write_text(urdf.read_text().replace("package://meshes", "package://linked"))
     with pytest.raises(RobotFileError, match="outside its folder"):
         read_robot(late)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "text", "remedy"),
+    [
+        ("base.dae", "<COLLADA/>", r"Convert it: MuJoCo reads \.stl, \.obj and \.msh"),
+        ("base.stl", "solid base\nfacet normal 0 0 1\nendsolid " + 80 * "x", "binary STL"),
+        ("base.obj", TINY, "close the mesh"),
+    ],
+)
+def test_of_a_mesh_that_mujoco_does_not_take_it_is_said_what_to_do(tmp_path, mesh, text, remedy):
+    urdf = ros_package(tmp_path / "my_robot", f"package://my_robot/meshes/{mesh}")
+    (tmp_path / "my_robot" / "meshes" / mesh).write_text(text)
+    with pytest.raises(RobotFileError, match=remedy):
+        read_robot(urdf)
+
+
+def test_what_is_no_whole_robot_or_no_bodys_inertia_is_refused_with_what_to_do(tmp_path):
+    part = tmp_path / "part.xml"
+    part.write_text("<mujocoinclude><body name='b'/></mujocoinclude>")
+    with pytest.raises(RobotFileError, match="give the file that includes it"):
+        read_robot(part)
+    with pytest.raises(RobotFileError, match="balanceinertia='true' in <compiler>"):
+        read_robot(URDF.format("", "1").replace('izz="1"', 'izz="9"'))
 
 
 def test_what_a_urdf_says_to_mujoco_stays_in_its_folder_too(tmp_path):

@@ -313,6 +313,19 @@ def test_a_natural_learner_is_drawn_iteration_by_iteration_as_it_trains_and_afte
     assert set(drawn) < set(made)
 
 
+def test_event_files_of_natural_learners_hold_every_iteration(peace, tmp_path):
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    assert cli.main(["tensorboard", str(peace.folder), "-o", str(tmp_path)]) == 0
+    for one in peace.results().learners:
+        events = EventAccumulator(str(tmp_path / one.method / str(one.seed)))
+        events.Reload()
+        for name in ("alpha", "success"):
+            found = [(e.step, e.value) for e in events.Scalars(f"phase/{name}")]
+            made = [(row["steps"], np.float32(row[name])) for row in one.iterations]
+            assert found == made
+
+
 def test_long_runs_are_thinned_where_they_are_kept_and_say_as_much_as_before(
     peace, tmp_path, monkeypatch
 ):

@@ -207,35 +207,3 @@ def _absolute(giver: mujoco.MjSpec, folder: str, file: str) -> Path:
     """Where a robot's asset file is."""
     name = Path(file).name if giver.strippath else file
     return (Path(giver.modelfiledir) / folder / name).resolve()
-
-
-_DEPENDANTS = ("tendons", "actuators", "equalities", "pairs", "excludes", "sensors")
-
-
-def add_dependants(host: mujoco.MjSpec, donor: mujoco.MjSpec) -> None:
-    """Make anew all that refers to bodies, joints and sites, under the same names and in order.
-
-    Args:
-        host: A robot whose bodies were built anew, which loses what referred to them.
-        donor: The robot that they were copied from.
-    """
-    for plural in _DEPENDANTS:
-        for element in list(getattr(host, plural)):
-            host.delete(element)
-
-    def same(_: str, name: str) -> str:
-        """Names stay as they are."""
-        return name
-
-    for plural, add in (
-        ("tendons", add_tendon),
-        ("actuators", add_actuator),
-        ("equalities", add_equality),
-    ):
-        for element in getattr(donor, plural):
-            add(host, element, element.name, same)
-    for plural in ("pairs", "excludes"):
-        for element in getattr(donor, plural):
-            add_contact(host, plural, element, element.name, same)
-    for sensor in donor.sensors:
-        add_sensor(host, sensor, sensor.name, same)

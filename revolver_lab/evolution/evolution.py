@@ -195,9 +195,8 @@ class Evolution:
         with self._lock:
             if self._made is None:  # once, or the second would find no textures
                 self._theta.write(0.0, self._spec, self._found)
-                self._made = live.Base(
-                    live.awake(self._spec, self._compiled, self._theta.attributes)
-                )
+                awake = live.awake(self._spec, self._compiled, self._theta.attributes)
+                self._made = live.Base(awake)
                 live.undress(self._spec)
             return self._made
 

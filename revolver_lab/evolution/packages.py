@@ -46,7 +46,8 @@ def mesh_file(path: Path, name: str, meshdir: str, where: str) -> Path:
 
     Args:
         path: The robot's file.
-        name: As written: "package://NAME/meshes/link.stl", or relative to the robot's file.
+        name: As written: "package://NAME/meshes/link.stl", where NAME may also be a folder beside
+            the robot's file, or relative to that file.
         meshdir: The folder before a relative name, as MuJoCo's compiler element has it.
         where: What to call the robot in an error.
 

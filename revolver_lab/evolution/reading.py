@@ -11,7 +11,7 @@ from revolver_lab.errors import ParameterError, RobotFileError
 from revolver_lab.evolution.discarding import discard
 from revolver_lab.evolution.naming import name_everything
 from revolver_lab.evolution.screening import Screened, inside, screen
-from revolver_lab.evolution.urdf import with_compiler_settings, with_whole_paths
+from revolver_lab.evolution.urdf import BLANK, with_compiler_settings, with_whole_paths
 
 _REMEDIES = {
     "repeated name": "Give every element of a kind a name of its own.",
@@ -59,7 +59,7 @@ def read_robot(source: str | Path | mujoco.MjSpec, *, unnamed: str = "refuse") -
     if not isinstance(source, str | Path) and isinstance(source, mujoco.MjSpec):
         where = f"the MjSpec {source.modelname!r}"
         spec = source.copy()
-    elif isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
+    elif isinstance(source, str) and source.lstrip(BLANK).startswith("<"):
         spec, where = _from_text(source), "the XML text"
     elif isinstance(source, str | Path):
         spec, where = _from_path(source), repr(str(source))
@@ -82,7 +82,7 @@ def read_robot(source: str | Path | mujoco.MjSpec, *, unnamed: str = "refuse") -
 def _from_text(text: str) -> mujoco.MjSpec:
     """Read XML text that names no files, or only package:// ones to be refused."""
     where = "the XML text"
-    data = text.lstrip("\ufeff \t\r\n").encode()
+    data = text.lstrip(BLANK).encode()
     found = screen(data, where)
     for name in found.includes + found.files + found.meshes + found.visuals:
         raise RobotFileError(

@@ -5,17 +5,19 @@ import numpy as np
 
 from revolver_lab.errors import MatchingError
 from revolver_lab.evolution.canonical import canonical
-from revolver_lab.evolution.copying import add_body, add_dependants, add_to_body
+from revolver_lab.evolution.copying import add_body, add_to_body
 from revolver_lab.evolution.keyframes import restore_keyframes, stash_keyframes
+from revolver_lab.evolution.rebuilding import (
+    SUBTREE,
+    add_dependants,
+    add_held,
+    add_joints,
+    same_name,
+)
 from revolver_lab.evolution.rerooted_state import reroot_state, rotated, unit
 
 _FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
 _QUAT = mujoco.mjtOrientation.mjORIENTATION_QUAT
-_SUBTREE = (
-    mujoco.mjtSensor.mjSENS_SUBTREECOM,
-    mujoco.mjtSensor.mjSENS_SUBTREELINVEL,
-    mujoco.mjtSensor.mjSENS_SUBTREEANGMOM,
-)
 
 
 def reroot(spec: mujoco.MjSpec, body_name: str) -> mujoco.MjSpec:
@@ -58,7 +60,7 @@ def reroot(spec: mujoco.MjSpec, body_name: str) -> mujoco.MjSpec:
     _hang_root(host, donor, before, path)
     add_dependants(host, donor)
     for sensor in host.sensors:
-        if sensor.type in _SUBTREE and sensor.objname == path[0]:
+        if sensor.type in SUBTREE and sensor.objname == path[0]:
             sensor.objname = body_name
     after = _compiled(host, body_name)
     restore_keyframes(host, stash, lambda state: _state(before, after, state))
@@ -114,7 +116,7 @@ def _hang_root(
     mujoco.mj_kinematics(before, data)
     _place(root, data.body(new.name).xpos, data.body(new.name).xquat)
     free = next(joint for joint in old.joints if joint.type == _FREE)
-    copy = add_to_body(root, "joint", free, free.name, _same)
+    copy = add_to_body(root, "joint", free, free.name, same_name)
     copy.align = mujoco.mjtAlignFree.mjALIGNFREE_FALSE
     _fill(root, donor, new.name, path)
 
@@ -122,21 +124,13 @@ def _hang_root(
 def _fill(here: mujoco.MjsBody, donor: mujoco.MjSpec, name: str, path: list[str]) -> None:
     """Give a body its shapes and its children; on the path the old parent is a child."""
     body = donor.body(name)
-    for kind, held in (
-        ("geom", body.geoms),
-        ("site", body.sites),
-        ("camera", body.cameras),
-        ("light", body.lights),
-    ):
-        for element in held:
-            add_to_body(here, kind, element, element.name, _same)
+    add_held(here, body)
     if name in path and path.index(name) > 0:
         _hang_parent(here, donor, body, path)
     for child in body.bodies:
         if child.name not in path:
             copy = add_body(here, child, child.name)
-            for joint in child.joints:
-                add_to_body(copy, "joint", joint, joint.name, _same)
+            add_joints(copy, child)
             _fill(copy, donor, child.name, path)
 
 
@@ -151,15 +145,10 @@ def _hang_parent(
     copy = add_body(here, parent, parent.name)
     _place(copy, back_pos, back_quat)
     for joint in reversed(body.joints):
-        turned = add_to_body(copy, "joint", joint, joint.name, _same)
+        turned = add_to_body(copy, "joint", joint, joint.name, same_name)
         turned.pos = pos + rotated(joint.pos, quat)
         turned.axis = -rotated(joint.axis, quat)
     _fill(copy, donor, parent.name, path)
-
-
-def _same(_: str, name: str) -> str:
-    """Names stay as they are within one robot."""
-    return name
 
 
 def _place(body: mujoco.MjsBody, pos: np.ndarray, quat: np.ndarray) -> None:

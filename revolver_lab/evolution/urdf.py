@@ -1,4 +1,4 @@
-"""A URDF's text as MuJoCo reads it best: whole paths, nothing fused or thrown away."""
+"""A URDF's text as MuJoCo reads it best: whole paths, and visuals kept where they can be read."""
 
 import contextlib
 from pathlib import Path
@@ -9,12 +9,15 @@ import numpy as np
 from revolver_lab.evolution.packages import mesh_file
 from revolver_lab.evolution.screening import Screened
 
+BLANK = "\ufeff \t\r\n"
+"""What may stand before a file's first element, and MuJoCo does not mind."""
+
 _MESHES = (".stl", ".obj", ".msh")
 
 
 def with_whole_paths(text: str, path: Path, where: str) -> str:
     """A URDF's text with every mesh by its whole path, once that has been looked at."""
-    root = ElementTree.fromstring(text.lstrip("\ufeff \t\r\n"))
+    root = ElementTree.fromstring(text.lstrip(BLANK))
     compiler = root.find("mujoco/compiler")
     settings = {} if compiler is None else compiler.attrib
     strips = settings.pop("strippath", "false") == "true"
@@ -36,8 +39,7 @@ def with_compiler_settings(text: str, found: Screened) -> str:
         compiler = ElementTree.SubElement(extension, "compiler")
     _without_idle_inertia(root)
     readable = all(Path(name).suffix.lower() in _MESHES for name in found.visuals)
-    settings = {"fusestatic": "false", "strippath": "false"}
-    settings["discardvisual"] = "false" if readable else "true"
+    settings = {"strippath": "false", "discardvisual": "false" if readable else "true"}
     for name, value in settings.items():
         compiler.set(name, compiler.get(name, value))
     return ElementTree.tostring(root, encoding="unicode")

@@ -8,16 +8,11 @@ import numpy as np
 
 from revolver_lab.errors import MatchingError
 from revolver_lab.evolution.canonical import canonical
-from revolver_lab.evolution.copying import add_body, add_dependants, add_to_body
-from revolver_lab.evolution.keyframes import extend_keyframes, stash_keyframes
+from revolver_lab.evolution.copying import add_body
+from revolver_lab.evolution.keyframes import extend_keyframes, restore_keyframes, stash_keyframes
 from revolver_lab.evolution.matching import Matching, match
-
-_HELD = {"geom": "geoms", "site": "sites", "camera": "cameras", "light": "lights"}
-_SUBTREE = (
-    mujoco.mjtSensor.mjSENS_SUBTREECOM,
-    mujoco.mjtSensor.mjSENS_SUBTREELINVEL,
-    mujoco.mjtSensor.mjSENS_SUBTREEANGMOM,
-)
+from revolver_lab.evolution.rebuilding import SUBTREE, add_dependants, add_held, add_joints
+from revolver_lab.evolution.rerooted_state import unit
 
 
 def correspond(
@@ -69,7 +64,7 @@ def is_chained(spec: mujoco.MjSpec) -> bool:
 
     A sensor of a subtree means what hangs below its body, so a robot with one stays as it is.
     """
-    if any(sensor.type in _SUBTREE for sensor in spec.sensors):
+    if any(sensor.type in SUBTREE for sensor in spec.sensors):
         return False
     return any(_is_welded(body) and _is_welded(body.parent) for body in spec.bodies)
 
@@ -95,15 +90,13 @@ def unchain(spec: mujoco.MjSpec) -> mujoco.MjSpec:
     donor = canonical(spec)
     before = donor.compile()
     host = donor.copy()
-    stash_keyframes(host)
+    stash = stash_keyframes(host)  # which MuJoCo would shorten with each body that goes
     for body in list(host.worldbody.bodies):
         host.delete(body)
     for body in donor.worldbody.bodies:
         _hang(host.worldbody, body, np.array(body.pos), np.array(body.quat))
     add_dependants(host, donor)
-    for key, old in zip(host.keys, donor.keys):
-        for field in ("qpos", "qvel", "act", "ctrl", "mpos", "mquat"):
-            setattr(key, field, list(getattr(old, field)))
+    restore_keyframes(host, stash, lambda state: state)
     extend_keyframes(host, before)
     return host
 
@@ -112,31 +105,13 @@ def _hang(here: mujoco.MjsBody, body: mujoco.MjsBody, pos: np.ndarray, quat: np.
     """Hang a body with all below it; what is welded to a welded one hangs beside it."""
     copy = add_body(here, body, body.name)
     copy.pos, copy.quat = pos, quat
-    for joint in body.joints:
-        add_to_body(copy, "joint", joint, joint.name, _same)
-    for kind, plural in _HELD.items():
-        for element in getattr(body, plural):
-            add_to_body(copy, kind, element, element.name, _same)
+    add_joints(copy, body)
+    add_held(copy, body)
     for child in body.bodies:
         place = np.array(child.pos), np.array(child.quat)
         if _is_welded(body) and _is_welded(child):
-            _hang(here, child, *_in_frame(pos, quat, *place))
+            there = np.empty(3), np.empty(4)
+            mujoco.mju_mulPose(*there, pos, unit(quat), place[0], unit(place[1]))
+            _hang(here, child, *there)
         else:
             _hang(copy, child, *place)
-
-
-def _in_frame(
-    pos: np.ndarray, quat: np.ndarray, child_pos: np.ndarray, child_quat: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """A pose within a body, seen from the body's parent."""
-    unit, own = np.array(quat), np.array(child_quat)
-    mujoco.mju_normalize4(unit)
-    mujoco.mju_normalize4(own)
-    out_pos, out_quat = np.empty(3), np.empty(4)
-    mujoco.mju_mulPose(out_pos, out_quat, pos, unit, child_pos, own)
-    return out_pos, out_quat
-
-
-def _same(_: str, name: str) -> str:
-    """Names stay as they are within one robot."""
-    return name
