@@ -32,7 +32,8 @@
 # %%
 import revolver_lab as rvl
 
-evolve = rvl.load("cheetah-front-leg")
+chosen = "cheetah-front-leg"
+evolve = rvl.load(chosen)
 print(evolve)
 
 # %% [markdown]
@@ -80,7 +81,7 @@ for name in rvl.names():
 # 2 m/s; the cell prints the points.
 
 # %%
-expert = rvl.load_expert("cheetah-front-leg")
+expert = rvl.load_expert(chosen)
 at_home = rvl.lab.record(expert, evolve, 0.0, steps=80, title="at home: E(0)")
 abroad = rvl.lab.record(expert, evolve, 1.0, steps=80, title="abroad: E(1)")
 print(f"source: {at_home.score:.0f} points, target: {abroad.score:.0f} points")
@@ -112,7 +113,7 @@ rvl.lab.explore(evolve, expert, alpha=0.3)
 # %%
 from revolver_lab.evolution.live import read
 
-robot, compared, differing = registry.get("cheetah-front-leg"), 0, 0
+robot, compared, differing = registry.get(chosen), 0, 0
 for own, alpha in ((robot.source(), 0.0), (robot.target(), 1.0)):
     there, here = read(own.compile()), read(evolve.model(alpha))
     compared += sum(there[name].size for name in there)
@@ -125,6 +126,6 @@ assert differing == 0
 # So the line of robots begins and ends exactly where it should, and a policy that has arrived at
 # α = 1 has arrived on the target itself.
 #
-# **Go on:** put another of the names above into `rvl.load` and run everything again. How
-# E(α) is made, and how to make your own, is the subject of
-# [01_points_on_a_path](01_points_on_a_path.ipynb).
+# **Go on:** choose another of the names above in the first cell and run everything again (there is
+# an expert for all of them but the Humanoid, and what is rewarded differs). How E(α) is made, and
+# how to make your own, is the subject of [01_points_on_a_path](01_points_on_a_path.ipynb).

@@ -103,8 +103,8 @@ for name in lesson.robots:
     print(f"{name:24} rewarded: {(played > 0).sum():2} of 64 episodes, mean {played.mean():.1f}")
 
 # %% [markdown]
-# Zeros, and in some rows crumbs. Keep the rows with crumbs in mind: a few points in an episode are
-# little, but they are not nothing.
+# Zeros, and in one row crumbs. Keep that row in mind: a few points in an episode are little, but
+# they are not nothing.
 #
 # ### Exercise 2: how long must one wait for luck?
 #
@@ -241,8 +241,8 @@ print(f"revolver beats direct in {often.value:.0%} of all pairs of {often.seeds}
 assert often.value > 0.95
 
 # %% [markdown]
-# What REvolveR adds is a way on which rewards keep coming, while direct transfer waits for luck.
-# Where luck is likely, it is the shorter way.
+# What REvolveR adds is a way on which rewards keep coming, while direct transfer forgets faster
+# than it finds. How often the untouched expert is rewarded did not tell which pairs it would solve.
 #
 # **Go on:** take one step of the evolution yourself, in
 # [03_one_step_of_evolution](03_one_step_of_evolution.ipynb); or train these rows on your own

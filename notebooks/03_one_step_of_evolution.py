@@ -32,9 +32,9 @@
 # 31        drop from R what has not β in [α, α + ξ]
 # ```
 #
-# **The claim: a phase has to be as long as an episode.** Then everything that enters the replay
-# comes from robots that the phase may draw. If phases are a quarter as long, about half of it is
-# outdated at the moment it arrives. The last cell counts.
+# **The claim: if a phase is as long as an episode, nothing enters the replay outdated,** but only
+# what robots did that the phase may draw. If phases are a quarter as long, about half of it is
+# outdated at the moment it arrives. The last cell counts. (Whether that hurts is another question.)
 #
 # The first cell says what is compared further down, and whether anything is trained here.
 
@@ -314,7 +314,7 @@ for label, (row, other) in pairs.items():
 # Read the intervals before the means. If the last line is the largest, it was the haste and not the
 # short phase that cost the points; our own first pilot changed both at once, and we blamed the
 # phase. What would have to be measured before you would call half an episode too short? And in the
-# paper a phase has about 6,000 steps, and an episode at most 1,000: is it on the safe side?
+# published code a phase has about 6,000 steps, an episode at most 1,000: is it on the safe side?
 #
 # ## By hand and by the run
 #

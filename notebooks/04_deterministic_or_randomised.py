@@ -192,7 +192,7 @@ rvl.lab.plots.rows(scores, cost=wide.cost, title="Over xi, with equal data")
 #
 # If starvation is the reason, there must be a milder cure than a new cleaning: fewer phases, each
 # twice as long and with steps twice as large, so that the whole way costs the same. The replay is
-# still emptied, but half as often, and has time to fill. (The paper's ant had phases of about
+# still emptied, but half as often, and has time to fill. (The published ant had phases of about
 # 6,000 steps, which is several episodes; ours have 1,600, exactly one episode of each simulation.)
 
 # %%

@@ -120,8 +120,8 @@ for h in (1.0, 8.0, 30.0):
 # vanishes where exp(h α) (φ − α) = exp(h (α + ξ)) (α + ξ − φ), where the weighted regret of the
 # first robot equals that of the last. This gives φ = α + ξ / (1 + exp(−h ξ)), whose series has
 # the ¼. What has to vary is φ, the thing that is chosen. (On its way the proof also changes a sign:
-# its second line subtracts the two halves, its third adds them. With the minus there is no solution
-# inside the window.)
+# its second and third lines subtract the two halves, its fourth adds them. With the minus there is
+# no solution inside the window.)
 #
 # What the theorem is for stands: for every convex regret that grows on both sides of φ, a larger h
 # moves φ towards the target.
@@ -130,7 +130,7 @@ for h in (1.0, 8.0, 30.0):
 #
 # ### Exercise 2: two sizes
 #
-# The paper's numbers: h = 1, ξ = 0.1, l<sub>k</sub> = 0.002; and SAC with ent_coef = 0.2. Give two
+# The published numbers: h = 1, ξ = 0.1, l<sub>k</sub> = 0.002; SAC with ent_coef = 0.2. Give two
 # numbers: by how many steps l<sub>k</sub> does h move the optimum, compared with h = 0 (V-shaped
 # regret, h ξ² / 8 is near enough)? And at the end of the path, where β = 1, with which temperature
 # would SAC on unshaped rewards prefer the same actions?
@@ -212,7 +212,7 @@ rvl.lab.plots.rows(results.scores(), cost=results.cost, title=f"{results.robot}:
 # %% [markdown]
 # Recorded runs: the mean without shaping, and what each row differs from it on equal seeds, with a
 # 95 % interval. A star marks an interval without 0 in it. (There are several comparisons in this
-# table, and one in twenty is starred by luck alone.)
+# table; with ten seeds such intervals miss the truth about once in ten times, by luck alone.)
 
 # %%
 for robot in lesson.robots:

@@ -18,8 +18,8 @@
 # A policy travels through a thousand robots. What has to travel with it? There is the **actor**,
 # which acts; there are the **critics**, which say how good an action is; there is the **replay**,
 # what was seen so far; and there is the **optimiser**, Adam, which remembers its last gradients.
-# The paper carries actor and critics over from the expert, and cleans the replay at every phase
-# (line 31 of Algorithm 1). In its text this is a line each. Here we leave them out, one at a time.
+# The paper begins with the expert, whose actor and critics it goes on to update, and cleans the
+# replay at every phase (line 31 of Algorithm 1). Here we leave them out, one at a time.
 #
 # **The claim: the expert's critic has to come along. With a new one, no seed gets where all seeds
 # get with the old one,** although the actor is the same. The last cell compares every seed that

@@ -26,7 +26,7 @@ def _check(h: ArrayLike, xi: ArrayLike, power: float = 1.0, q: float = 0.5) -> N
     """Refuses windows and regrets that the theorem is not about."""
     _require(bool(np.isfinite(h).all()), f"h = {h}", "finite numbers", "The paper uses 1.")
     _require(bool((np.isfinite(xi) & (np.asarray(xi) >= 0)).all()), f"xi = {xi}",
-             "finite numbers of 0 and more", "The paper uses 0.1.")  # fmt: skip
+             "finite numbers of 0 and more", "The published code has 0.1.")  # fmt: skip
     _require(math.isfinite(power) and power >= 1, f"power = {power}", "a number of 1 and more",
              "1 is the V of the proof, 2 a parabola; less is not convex.")  # fmt: skip
     _require(0 < q < 1, f"q = {q}", "a number between 0 and 1",
@@ -101,7 +101,7 @@ def phi_v(h: ArrayLike, xi: ArrayLike, alpha: ArrayLike = 0.0, q: float = 0.5) -
         q: D+ / (D+ + D-).
 
     Example:
-        >>> float(phi_v(h=1.0, xi=0.1)) < 0.05 + 0.002  # less than one step l_k of the paper
+        >>> float(phi_v(h=1.0, xi=0.1)) < 0.05 + 0.002  # less than one published step l_k
         True
     """
     _check(h, xi, q=q)
@@ -197,7 +197,7 @@ def shift(h: float, xi: float, power: float = 1.0) -> float:
         power: p of the regret; 1 and 2 in closed form, others by search.
 
     Example:
-        >>> round(shift(h=1.0, xi=0.1) / 0.002, 3)  # in steps l_k of the paper
+        >>> round(shift(h=1.0, xi=0.1) / 0.002, 3)  # in published steps l_k
         0.625
     """
     _check(h, xi, power)

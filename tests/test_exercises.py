@@ -47,6 +47,8 @@ RIGHT = {
     "three": [
         lambda alpha: _smoothstep(max(0.0, 2 * alpha - 1)),
         lambda alpha: (1 - np.cos(np.pi * np.clip(2 * alpha - 1, 0, 1))) / 2,
+        lambda alpha: max(0.0, 2 * alpha - 1) ** 2,  # steep at the end, which is no corner
+        lambda alpha: _smoothstep(np.clip(4 * alpha - 2, 0, 1)),  # and there by 3/4
     ],
 }
 
@@ -94,8 +96,10 @@ WRONG = {
         (lambda a: float(a > 0.5), "f jumps"),
         (lambda a: a, "changes from the start"),
         (_smoothstep, "changes from the start"),
-        (rvl.ramp(0.5, 1.0), "corner at alpha = 1/2"),
-        (lambda a: max(0.0, 2 * a - 1) ** 2, "corner at alpha = 1:"),
+        (rvl.ramp(0.5, 1.0), "corner at alpha = 0.5:"),
+        (lambda a: min(1.0, max(0.0, (a - 0.55) / 0.4)), "corner at alpha = 0.[59]5:"),
+        (lambda a: np.sqrt(max(0.0, 2 * a - 1)), "corner at alpha = 0.5:"),
+        (lambda a: _smoothstep(max(0.0, 5 * a - 4)), "still rests"),
         (lambda a: np.sin(2.5 * np.pi * max(0.0, 2 * a - 1)) ** 2, "f goes back"),
         (lambda a: _smoothstep(1 / (a - 0.5)), "stopped at \\(0.5\\) with ZeroDivisionError"),
         (lambda a: print("", end=""), "Is a `return` missing"),

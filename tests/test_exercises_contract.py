@@ -29,6 +29,12 @@ JUNK += [lambda a: [[]], lambda a: (None, None), lambda a: 1j, lambda a: [1, [2,
 JUNK += [{1, "x"}, ("a", "b"), ("a", "b", "c", "d"), ([], {}, None), [[1, 2], 3], True, np.nan]
 JUNK += [b"x", lambda *a: [1, [2, 3]], lambda *a: np.nan, lambda *a: {}, lambda *a: a,
          lambda *a: "x", {"actor": 1}]  # fmt: skip
+JUNK += [np.array(3.0), np.array([]), lambda *a: 20**999, 20**999, lambda *a: Unreadable()]
+
+
+class Unreadable:
+    def __array__(self, *args, **kwargs):
+        raise RuntimeError("no numbers here")
 
 
 def test_every_module_of_exercises_is_here_with_right_and_wrong_answers_to_all():

@@ -63,10 +63,13 @@ RIGHT = {
             lambda h, xi: np.log((1 + np.exp(h * xi)) / 2) / h,
             lambda h, xi: theory.phi_v(h, xi),
         ],
-        "two": [(0.625, 0.2 / np.e), [0.6249, 0.0736]],
+        "two": [(0.625, 0.2 / np.e), [0.6249, 0.0736], (0.63, 0.074)],
         "three": [
             lambda b, alpha, xi, h: weight(b, alpha, xi, h, "normalised"),
             lambda b, alpha, xi, h: np.exp(h * b) / mean_weight(alpha, xi, h, "absolute"),
+            lambda b, alpha, xi, h: (
+                np.exp(h * b) / np.exp(h * np.linspace(alpha, min(alpha + xi, 1), 1001)).mean()
+            ),
         ],
     },
     carried: {
@@ -106,6 +109,7 @@ WRONG = {
             (lambda p, n: n * p * (1 - p) ** (n - 1), "exactly one"),
             (lambda p, n: p, "one episode's chance"),
             (lambda p, n: p / n, "List the four cases"),
+            (lambda p, n: 100 * (1 - (1 - p) ** n), "not in percent"),
             (0.63, "a function is asked for"),
         ],
         "three": [
@@ -167,6 +171,8 @@ WRONG = {
         "three": [
             (lambda b, a, xi: b, "Nothing was dropped"),
             (lambda b, a, xi: b[b > a], ">=, not >"),
+            (lambda b, a, xi: b[:0], "Nothing stays"),
+            (lambda b, a, xi: b[(b >= a) & (b < a + xi)], "Right as long as there is a window"),
             (lambda b, a, xi: b[b < a], "kept what is outdated"),
             (lambda b, a, xi: b[b <= a], "kept what is outdated"),
             (lambda b, a, xi: b[abs(b - a) <= xi], "alpha - xi"),
@@ -190,7 +196,9 @@ WRONG = {
             (lambda s, xi: float(xi > 0), "Some of the window"),
             (lambda s, xi: _stays(s, xi) / 2, "Why half"),
             (lambda s, xi: (xi - s) / (xi + s), "from the old one alone"),
-            (lambda s, xi: 1 - s / xi, "ZeroDivisionError"),
+            (lambda s, xi: 1 - s / xi, "Right where xi > 0.*ZeroDivisionError"),
+            (lambda s, xi: s / xi, "the fraction that is dropped"),
+            (lambda s, xi: 100 * _stays(s, xi), "not in percent"),
             (lambda s, xi: 0.5, "Draw the two"),
             (2 / 3, "a function is asked for"),
         ],

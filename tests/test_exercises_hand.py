@@ -53,6 +53,7 @@ WRONG = {
         (lambda n: 1 / (n + 2), "Laplace"),
         (lambda n: 0.05, "which is given"),
         (lambda n: n, "All ten fail"),
+        (lambda n: 100 * (1 - 0.05 ** (1 / n)), "not in percent"),
         (0.05, "a function is asked for"),
     ],
     "two": [

@@ -26,7 +26,8 @@ TEXTS = {
 """What each exercise asks."""
 
 WORDS = ("better", "worse", "alike", "unclear", "unfair")
-_CLEANINGS = ((0.04, 0.12), (0.04, 0.0), (0.02, 0.1), (0.01, 0.08))
+_CLEANINGS = ((0.04, 0.12), (0.02, 0.1), (0.01, 0.08))
+_STILL = (0.04, 0.0)
 _PHASES = ((0.04, 0.12, 1600), (0.04, 0.0, 1600), (0.02, 0.1, 100), (0.05, 0.08, 1000))
 
 
@@ -48,24 +49,28 @@ def _fraction_mistake(answer: Any) -> None:
     """The dropped fraction, a length, or a deterministic variant that keeps something."""
     found = values(answer, _CLEANINGS, "The fraction")
     right = over(_CLEANINGS, _stays)
-    random = over(_CLEANINGS, lambda step, xi: step / xi if xi else 1.0)
     known = [
-        (random, "That is the fraction that is dropped: the part of the window that alpha passes."),
+        (over(_CLEANINGS, lambda step, xi: step / xi), "That is the fraction that is dropped: the "
+         "part of the window that alpha passes."),
+        (100 * right, "As a fraction, not in percent."),
         (over(_CLEANINGS, lambda step, xi: max(xi - step, 0.0)), "That is the length of what the "
          "old and the new window share. Which fraction of the old one is it?"),
         (over(_CLEANINGS, lambda step, xi: 1 - step), "1 - l leaves out how wide the window is: "
          "beta was drawn from xi, not from [0, 1]."),
-        (np.where(right == 0, 1.0, right), "With xi = 0 every beta is alpha itself, and alpha moves"
-         " on: nothing stays."),
-        (over(_CLEANINGS, lambda step, xi: float(xi > 0)), "Some of the window is passed by alpha, "
-         "for l > 0."),
-        (over(_CLEANINGS, lambda step, xi: (1 - step / xi) / 2 if xi else 0.0), "Why half of it? "
-         "beta is uniform on its window."),
+        (np.ones(len(right)), "Some of the window is passed by alpha, for l > 0."),
+        (right / 2, "Why half of it? beta is uniform on its window."),
         (over(_CLEANINGS, lambda step, xi: (xi - step) / (xi + step)), "The windows together are "
          "xi + l wide, but the transitions come from the old one alone."),
     ]  # fmt: skip
     recognise(found, right, known, f"For l = 0.04, xi = 0.12 you say {found[0]:.4g}. Draw the two "
               "windows, [0, 0.12] and [0.04, 0.16], over each other.")  # fmt: skip
+    moved_on = "Right where xi > 0. With xi = 0 every beta is alpha itself, and alpha moves on: "
+    try:
+        still = values(answer, [_STILL], "The fraction")
+    except NotYet as mistake:
+        raise NotYet(f"{moved_on}nothing stays. {mistake}") from None
+    if still.any():
+        raise NotYet(f"{moved_on}nothing stays, where you say {still[0]:.4g}.")
 
 
 def _stays(step: float, xi: float, cleanings: int = 1) -> float:

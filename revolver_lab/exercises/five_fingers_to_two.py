@@ -69,7 +69,9 @@ def _none_mistake(answer: Any) -> None:
         (over(_COUNTS, lambda n: 0.05), "That is the probability of none, which is given. Which p "
          "makes it so small?"),
     ]  # fmt: skip
-    recognise(found, over(_COUNTS, lambda n: 1 - 0.05 ** (1 / n)), known,
+    right = over(_COUNTS, lambda n: 1 - 0.05 ** (1 / n))
+    known.append((100 * right, "As a fraction, not in percent."))
+    recognise(found, right, known,
               f"For n = 10 you say {found[1]:.4g}. All ten fail with the probability (1 - p)^10: "
               "set it to 0.05, and solve for p.")  # fmt: skip
 

@@ -147,8 +147,8 @@ def three(answer: Any) -> Verdict:
         answer,
         _told_mistake,
         "With g_teacher near 0 it is load / g_student, whatever a was: hold still. What a teacher "
-        "sends to a limb that is not there leaves no trace in its states, and a student who looks "
-        "at states alone is told to hold up its limb, not to use it.",
+        "sends to a limb that is hardly there leaves a trace too small for a grown limb to follow, "
+        "and a student who looks at states alone is told to hold up its limb, not to use it.",
     )
 
 

@@ -181,13 +181,16 @@ def _kept_mistake(
     """Recognises a wrong choice of betas."""
     known = [
         (betas, "Nothing was dropped: what earlier robots did stays in the replay."),
+        (betas[(betas >= alpha) & (betas < alpha + xi)], "Right as long as there is a window. With "
+         "xi = 0 it is alpha alone, and alpha + xi belongs to it: <=, not <."),
+        (betas[:0], "Nothing stays in your answer, but some of these betas lie in the window: it "
+         "ends at alpha + xi, not at xi."),
         (betas[betas > alpha], "A beta equal to alpha is a robot of this phase and stays: >=, not "
          ">. With xi = 0 you would drop everything, always."),
         (betas[betas < alpha], "You kept what is outdated and dropped the rest."),
         (betas[betas <= alpha], "You kept what is outdated and dropped the rest."),
         (betas[betas >= alpha - xi], "That window reaches back to alpha - xi; the paper's begins "
          "at alpha."),
-        (betas[(betas >= alpha) & (betas <= xi)], "The window ends at alpha + xi, not at xi."),
         (np.flatnonzero(betas >= alpha), "Those are places in the array, not betas."),
         (np.sort(kept), "The right ones in another order. A replay keeps the order in which they "
          "came."),

@@ -18,6 +18,8 @@ TURN = np.deg2rad(-60.0)
 
 _POSE = (0.3, -0.2)
 _NEAR = 1e-6
+_CORNER = 0.5
+"""How much a slope may change within a thousandth of the path, which is 20 times smoothstep's."""
 _ALPHAS = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
@@ -170,7 +172,7 @@ def three(answer: Any) -> Verdict:
         answer,
         _path_mistake,
         "f(0) = 0, f(1) = 1, no jump and no corner: with this f the robot waits for half of the "
-        "path, and then changes slowly at first and slowly at last.",
+        "path, and then begins to change slowly.",
     )
 
 
@@ -208,9 +210,14 @@ def _shape_mistake(f: np.ndarray) -> None:
         )
     if slopes.min() < -_NEAR:
         raise NotYet("f goes back on its way: robots would appear twice. Let it only rise.")
-    for place, slope in (("1/2", slopes[middle]), ("1", slopes[-1])):
-        if slope > 0.2:
-            raise NotYet(
-                f"f has a corner at alpha = {place}: its slope there is {slope:.2g} instead of 0. "
-                "smoothstep, x^2 (3 - 2x), is flat at both ends."
-            )
+    sharpest = int(np.abs(np.diff(slopes)).argmax())
+    before, after = slopes[sharpest : sharpest + 2]
+    if abs(after - before) > _CORNER:
+        raise NotYet(
+            f"f has a corner at alpha = {(sharpest + 1) / (len(f) - 1):.3g}: its slope there is "
+            f"{before:.2g}, and then {after:.2g}. smoothstep, x^2 (3 - 2x), is flat at both ends."
+        )
+    if f[3 * len(f) // 4] < _NEAR:
+        raise NotYet(
+            "f(0.75) = 0: the robot still rests. Let f rest until alpha = 1/2, and then rise."
+        )

@@ -21,7 +21,8 @@ def parts(answer: Any, names: Sequence[str]) -> list[Any]:
     listed = ", ".join(names)
     if callable(answer):
         raise NotYet(f"No function is asked for, but {len(names)} things in brackets: ({listed}).")
-    if not isinstance(answer, tuple | list | np.ndarray) or len(answer) != len(names):
+    listed_so = isinstance(answer, tuple | list) or (isinstance(answer, np.ndarray) and answer.ndim)
+    if not listed_so or len(answer) != len(names):
         raise NotYet(f"Give {len(names)} things in brackets, in this order: ({listed}).")
     return list(answer)
 

@@ -61,6 +61,9 @@ def judge(answer: Any, find_mistake: Callable[[Any], None], praise: str) -> Verd
         find_mistake(answer)
     except NotYet as mistake:
         return Verdict(state="wrong", message=str(mistake))
+    except Exception as error:  # an object that fails when it is asked for its numbers
+        message = f"The answer cannot be read: {type(error).__name__}: {error}"
+        return Verdict(state="wrong", message=message)
     return Verdict(state="right", message=praise)
 
 
@@ -95,7 +98,7 @@ def numbers(found: Any, size: int | None, what: str) -> np.ndarray:
     """
     try:
         array = np.asarray(found, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise NotYet(f"{what} is {found!r}, which is no number.") from None
     if array.shape != (() if size is None else (size,)):
         wanted = "one number" if size is None else f"{size} numbers"

@@ -12,7 +12,7 @@ TEXTS = {
     "one": "Let the regret be V-shaped: a policy that is best on E(phi) loses |beta - phi| on "
     "E(beta). With the weights exp(h beta) on [alpha, alpha + xi] the best phi has as much weight "
     "below as above. Write a function of h and xi (h > 0) that gives phi - alpha.",
-    "two": "The paper's numbers: h = 1, xi = 0.1, l_k = 0.002; and SAC with ent_coef = 0.2. Give "
+    "two": "The published numbers: h = 1, xi = 0.1, l_k = 0.002; SAC with ent_coef = 0.2. Give "
     "two numbers: by how many steps l_k does h move the optimum, compared with h = 0 (V-shaped "
     "regret, h xi^2 / 8 is near enough)? And at the end of the path, where beta = 1, with which "
     "temperature would SAC on unshaped rewards prefer the same actions?",
@@ -107,7 +107,7 @@ def _size_mistake(answer: Any) -> None:
         (XI / ALPHA_STEP, "That is the window in steps. h does not move the optimum to its end."),
         (XI / 2 / ALPHA_STEP, "That is where the optimum is without h, in steps."),
         (H * XI / 8 / ALPHA_STEP, "xi counts squared: h xi^2 / 8."),
-    ], f"{steps:g} steps? The shift is h xi^2 / 8; divide it by l_k.", near=5e-3)  # fmt: skip
+    ], f"{steps:g} steps? The shift is h xi^2 / 8; divide it by l_k.", near=0.02)  # fmt: skip
     factor = np.exp(H)
     recognise(temperature, ENT_COEF / factor, [
         (ENT_COEF * factor, "The other way round: r e + 0.2 H prefers the same actions as "
@@ -119,7 +119,7 @@ def _size_mistake(answer: Any) -> None:
         (ENT_COEF / np.exp(XI), "beta is 1 there, not xi: the paper's form is exp(h beta)."),
         (ENT_COEF - 1, "The weight divides the temperature; h is not taken away from it."),
     ], f"A temperature of {temperature:g}? Divide r exp(h beta) + 0.2 H by the weight.",
-        near=5e-3)  # fmt: skip
+        near=0.02)  # fmt: skip
 
 
 def three(answer: Any) -> Verdict:
@@ -151,7 +151,7 @@ def _weight_mistake(answer: Any) -> None:
     recognise(np.array(found), np.array(right), [(np.array(w), m) for m, w in known.items()],
               f"At alpha = 0.2, xi = 0.12, h = 3 you give {np.round(found[0], 4).tolist()}. Divide "
               "exp(h beta) by its mean over the window: an integral over [alpha, end], divided by "
-              "end - alpha.")  # fmt: skip
+              "end - alpha.", near=2e-3)  # fmt: skip
 
 
 def _wrong_weights(betas: np.ndarray, alpha: float, xi: float, h: float) -> dict[str, np.ndarray]:

@@ -100,6 +100,11 @@ def two(answer: Any) -> Verdict:
     )
 
 
+def _at_least_one(p: float, n: int) -> float:
+    """The chance of a reward or more in n episodes."""
+    return 1 - (1 - p) ** n
+
+
 def _chance_mistake(answer: Any) -> None:
     """Probabilities that are added, multiplied the wrong way, or of another event."""
     known = [
@@ -116,8 +121,9 @@ def _chance_mistake(answer: Any) -> None:
          "and more would do as well."),
         (over(_CHANCES, lambda p, n: p), "That is one episode's chance. More of them see more."),
     ]  # fmt: skip
-    found = values(answer, _CHANCES, "The chance")
-    recognise(found, over(_CHANCES, lambda p, n: 1 - (1 - p) ** n), known,
+    found, right = values(answer, _CHANCES, "The chance"), over(_CHANCES, _at_least_one)
+    known.append((100 * right, "As a fraction, not in percent."))
+    recognise(found, right, known,
               f"For p = 0.5 and n = 2 you say {found[2]:.4g}. List the four cases, and count those "
               "with a reward in them.")  # fmt: skip
 
