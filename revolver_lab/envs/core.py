@@ -2,7 +2,7 @@
 
 import enum
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -85,8 +85,8 @@ class Controls:
     """The way from an action in [-1, 1] to a control within its range.
 
     Attributes:
-        low: Lower ends of the control ranges, (nu,).
-        high: Upper ends, (nu,).
+        low: Lower ends of the control ranges, (nu,), or (n, nu) of n robots.
+        high: Upper ends, of the same shape.
     """
 
     low: np.ndarray
@@ -107,6 +107,14 @@ class Controls:
         limited = model.actuator_ctrllimited.astype(bool)[:, None]
         low, high = np.where(limited, model.actuator_ctrlrange, [-1.0, 1.0]).T
         return cls(low=low.copy(), high=high.copy())
+
+    @classmethod
+    def each(cls, models: Sequence[mujoco.MjModel]) -> "Controls":
+        """Read the ranges of n robots, which may change along the path, (n, nu)."""
+        alone = [cls.of(model) for model in models]
+        return cls(
+            low=np.stack([one.low for one in alone]), high=np.stack([one.high for one in alone])
+        )
 
     @functools.cached_property
     def _half(self) -> np.ndarray:

@@ -1,7 +1,7 @@
 """The class behind the vector door: n robots of n alphas stepped together by ``mujoco.batch``."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -13,9 +13,6 @@ from revolver_lab.envs.core import Controls, DrawAlpha, Purpose, Stage, first_lo
 from revolver_lab.envs.infos import alphas_of, masked, mode_of, objects, seeds_of
 from revolver_lab.envs.memory import return_large_blocks
 from revolver_lab.envs.single import spaces_of
-
-if TYPE_CHECKING:
-    pass
 
 
 class RobotVectorEnv(VectorEnv):
@@ -68,11 +65,11 @@ class RobotVectorEnv(VectorEnv):
         return_large_blocks()
         self.task.bind(self.models[0])
         self.batch = Batch(self.models[0], self.num_envs, nthread)
-        self.batch.set_models(self.models)
+        self.take_robots()
         self.robot = self.task.state_class({f: self.batch.bind(f) for f in self.task.fields})
         self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
         self._mocap_pos, self._warnings = self.batch.bind("mocap_pos"), self.batch.warning[:, :, 1]
-        self._ctrl, self._controls = self.batch.bind("ctrl"), Controls.of(self.models[0])
+        self._ctrl = self.batch.bind("ctrl")
         derived = self.task.needs_derived
         self._stage = int(mujoco.mjtStage.mjSTAGE_ACC if derived else mujoco.mjtStage.mjSTAGE_NONE)
 
@@ -146,6 +143,7 @@ class RobotVectorEnv(VectorEnv):
         before = self.task.remember(self.robot)
         self._ctrl[:] = self._controls(actions, self._ctrl.shape)
         suspect = self._simulate(np.flatnonzero(~idle) if resting else None)
+        self.task.step_seconds = self._step_seconds
         outcome = judge(self.task, self.robot, before, suspect, self._last)
         if resting:
             outcome = outcome.without(idle)
@@ -224,4 +222,11 @@ class RobotVectorEnv(VectorEnv):
             self.evolve.write_model(self.models[i], float(self._next_alphas[i]))
         if len(changed):
             self.alphas[changed] = self._next_alphas[changed]
-            self.batch.set_models(self.models)
+            self.take_robots()
+
+    def take_robots(self) -> None:
+        """Step the robots in ``models`` from now on; call it again whenever one has changed."""
+        self.batch.set_models(self.models)
+        # What is not in their states: what an action means, and how long a step is.
+        self._controls = Controls.each(self.models)
+        self._step_seconds = self.task.seconds_of(self.models)

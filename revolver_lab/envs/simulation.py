@@ -21,9 +21,14 @@ class Simulation:
         task.bind(model)
         self.model, self.data, self.task, self.simulation = model, data, task, simulation
         self.robot = task.state_class({f: getattr(data, f)[None] for f in task.fields})
-        self.controls = Controls.of(model)
+        self._meet()
         self.steps, self.held, self.total_reward = 0, 0, 0.0
         self._last = np.zeros((1, task.observation_size), np.float32)
+
+    def _meet(self) -> None:
+        """Note what of the robot is not in its state: what an action means, how long a step is."""
+        self.controls = Controls.of(self.model)
+        self._step_seconds = self.task.seconds_of([self.model])
 
     def seed(self, seed: int) -> None:
         """Restart the random streams from ``seed``."""
@@ -35,6 +40,7 @@ class Simulation:
         Returns:
             The first observation, (O,) float32.
         """
+        self._meet()
         mujoco.mj_resetData(self.model, self.data)
         places = self.task.scene(self.model, self._start)
         if places is not None:
@@ -57,6 +63,7 @@ class Simulation:
         before = self.task.remember(self.robot)
         self.data.ctrl[:] = self.controls(action, self.data.ctrl.shape)
         warned = self._step()
+        self.task.step_seconds = self._step_seconds
         outcome = judge(self.task, self.robot, before, np.array([warned]), self._last)
         self._last = outcome.observation
         self.steps += 1

@@ -30,7 +30,7 @@ def put_back(env: RobotVectorEnv, arrays: dict[str, np.ndarray], plain: dict[str
     """
     for i in np.flatnonzero(env.alphas != arrays["alphas"]):
         env.evolve.write_model(env.models[i], float(arrays["alphas"][i]))
-    env.batch.set_models(env.models)
+    env.take_robots()
     for name in _ARRAYS:
         getattr(env, name)[:] = arrays[name.strip("_")]
     env.batch.state[:] = arrays["physics"]

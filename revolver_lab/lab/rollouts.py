@@ -148,6 +148,6 @@ def record(
     goal = env.task.goal_steps
     return Rollout(
         evolve=env.evolve, alpha=alpha, qpos=np.array(poses), rewards=np.array(rewards),
-        places=env.simulation.data.mocap_pos.copy(), title=title, dt=env.task.step_seconds,
+        places=env.simulation.data.mocap_pos.copy(), title=title, dt=float(env.task.step_seconds),
         held=None if goal is None else np.array(held), goal_steps=goal or 0,
     )  # fmt: skip

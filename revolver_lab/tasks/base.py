@@ -1,7 +1,7 @@
 """What every task is: observation, reward and ending, written once over n robots at a time."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Generic, TypeVar
 
 import mujoco
@@ -53,7 +53,8 @@ class Task(ABC, Generic[S]):
         idle_return: What an episode returns at the most to a robot that does nothing: the least
             that a success has to exceed, where returns have to tell it.
         observation_size: O, known after ``bind``.
-        step_seconds: Duration of one environment step [s], known after ``bind``.
+        step_seconds: Duration of one environment step [s], known after ``bind``; (n,) while robots
+            are judged whose timesteps differ.
     """
 
     fields: tuple[str, ...] = ("qpos", "qvel")
@@ -64,15 +65,24 @@ class Task(ABC, Generic[S]):
     goal_steps: int | None = None
     idle_return: float = 0.0
     observation_size: int = 0
-    step_seconds: float = 0.0
+    step_seconds: float | np.ndarray = 0.0
 
     def bind(self, model: mujoco.MjModel) -> None:
         """Look up in ``model`` what the task needs to know: sizes, ids, the length of a step.
 
         Args:
-            model: Any robot of the evolution; layout and timestep are those of all.
+            model: Any robot of the evolution; its layout is that of all.
         """
-        self.step_seconds = model.opt.timestep * self.n_substeps
+        self.step_seconds = self.seconds_of([model])
+
+    def seconds_of(self, models: Sequence[mujoco.MjModel]) -> float | np.ndarray:
+        """Return how long a step of each robot takes [s], (n,), or one number if it is that of all.
+
+        Args:
+            models: The robots.
+        """
+        each = np.array([model.opt.timestep for model in models]) * self.n_substeps
+        return each if np.ptp(each) else float(each[0])
 
     @abstractmethod
     def observe(self, robot: S) -> np.ndarray:
