@@ -83,7 +83,8 @@ class Evolution:
         pairs = dict(padded.pairs) | {"option": [("world", "world")]}
         align(self._spec, there, pairs, switching=switching)
         pairs["mesh"] = align_meshes(self._spec, there, pairs)
-        self._theta = read_theta(self._spec, there, pairs, f=f, switch=switch)
+        held = padded.held
+        self._theta = read_theta(self._spec, there, pairs, f=f, switch=switch, held=held)
         self._found = {kind: elements(self._spec, kind) for kind in (*LISTS, "wrap", "option")}
         self._cache, self._lock = Cache(cache_bytes), threading.Lock()
         self._made: live.Base | None = None

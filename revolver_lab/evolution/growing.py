@@ -35,7 +35,7 @@ class Grower:
         self._model = donor.compile()
         self._before = host.compile()
         self._geoms: list[str] = []
-        self._held: list[str] = []
+        self.held: list[str] = []
 
     def grow(self) -> Twins:
         """Add everything, in an order in which what is referred to is there first."""
@@ -124,7 +124,7 @@ class Grower:
                 copying.add_to_body(here, "joint", originals[joint], joint, lambda _, n: n)
             else:
                 donor = next(j for j in body.joints if j.name == joint)
-                self._held.append(self._copy_joint(here, donor).name)
+                self.held.append(self._copy_joint(here, donor).name)
 
     def _merged_order(self, body: mujoco.MjsBody, here: mujoco.MjsBody) -> list[tuple[str, bool]]:
         """The host's joints and the donor's own in one order: (name, whether it is the host's)."""
@@ -219,16 +219,16 @@ class Grower:
 
     def _hold(self) -> None:
         """Hold the joints that were created where the host is welded."""
-        for name in self._held:
+        for name in self.held:
             joint = self.host.joint(name)
             shrinking.spell_out_spring(joint, self._model, self._donor_name("joint", name))
             joint.armature = 0.0
             inertias.let_move(joint.parent, self._before)
         extend_keyframes(self.host, self._before)
-        if not self._held:
+        if not self.held:
             return
         model = self.host.compile()
-        for name in self._held:
+        for name in self.held:
             dof = model.joint(name).dofadr[0]
             inertia = max(float(model.dof_M0[dof]), 1e-6)
             shrinking.hold_joint(self.host.joint(name), inertia, model.opt.timestep)

@@ -35,11 +35,14 @@ class Padded:
         source: The source, with what only the target has, at zero size.
         target: The target, likewise; its elements may come in another order.
         pairs: For each kind ("body", "joint", ...), (name in source, name in target).
+        held: Joints that one robot has and the other holds still, by their names in the source:
+            at which alpha they are held, 0 or 1.
     """
 
     source: mujoco.MjSpec
     target: mujoco.MjSpec
     pairs: dict[str, list[tuple[str, str]]]
+    held: dict[str, int]
 
 
 def pad(source: mujoco.MjSpec, target: mujoco.MjSpec, matching: Matching) -> Padded:
@@ -66,7 +69,7 @@ def pad(source: mujoco.MjSpec, target: mujoco.MjSpec, matching: Matching) -> Pad
     twins, back = _twins(matching)
     if not moved and not _lacks(source, target, twins, back):
         same = source.copy(), target.copy()
-        return _finished(source, target, same, twins)
+        return _finished(source, target, same, twins, {})
     for spec in (source, target):
         refuse_scaled_frames(spec)
     host, guest = canonical(source), canonical(target)
@@ -75,23 +78,25 @@ def pad(source: mujoco.MjSpec, target: mujoco.MjSpec, matching: Matching) -> Pad
     if matching.target_root != theirs:
         guest = reroot(guest, matching.target_root)
     grown = host.copy(), guest.copy()
-    to_source = Grower(grown[0], guest, back).grow()
-    to_target = Grower(grown[1], host, twins).grow()
+    growing = Grower(grown[0], guest, back), Grower(grown[1], host, twins)
+    to_source, to_target = (one.grow() for one in growing)
     names = _joined(to_target, to_source)
+    held = {here: end for here, there in names["joint"].items()
+            for end, name in enumerate((here, there)) if name in growing[end].held}  # fmt: skip
     if matching.source_root != ours:
         grown = reroot(grown[0], ours), reroot(grown[1], names["body"][ours])
-    return _finished(source, target, grown, names)
+    return _finished(source, target, grown, names, held)
 
 
 def _finished(
     source: mujoco.MjSpec, target: mujoco.MjSpec, grown: tuple[mujoco.MjSpec, mujoco.MjSpec],
-    names: Twins,
+    names: Twins, held: dict[str, int],
 ) -> Padded:  # fmt: skip
     """Settle what two robots with the same bodies, joints and actuators share besides."""
     _separate_meshes(*grown, names)
     pairs = _pairs(*grown, names)
     align_contacts(source, target, grown, pairs)
-    return Padded(source=grown[0], target=grown[1], pairs=pairs)
+    return Padded(source=grown[0], target=grown[1], pairs=pairs, held=held)
 
 
 def _floating_root(spec: mujoco.MjSpec) -> str:

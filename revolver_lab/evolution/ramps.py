@@ -15,6 +15,7 @@ RampSpec = str | Ramp | Mapping[str, "str | Ramp"]
 _SAMPLES = np.linspace(0.0, 1.0, 4097)
 _JUMP = 0.25
 _ROUNDING = 1e-9
+_DECADES = np.log(1e8)
 
 
 def linear(alpha: float) -> float:
@@ -35,6 +36,19 @@ def smoothstep(alpha: float) -> float:
         0.5
     """
     return alpha * alpha * (3.0 - 2.0 * alpha)
+
+
+def release(alpha: float) -> float:
+    """f of what holds a joint still, which lets go by equal factors and not by equal amounts.
+
+    Ten thousand times a joint's own inertia, reduced by equal amounts, still locks the joint when
+    all but a hundredth of the way is done. This f leaves a 1e-8 alpha'th part of it, and 0 at 1.
+
+    Example:
+        >>> f"{1 - release(0.25):.0e}, {1 - release(0.5):.0e}"
+        '1e-02, 1e-04'
+    """
+    return float(np.expm1(-_DECADES * alpha) / np.expm1(-_DECADES))
 
 
 def ramp(start: float, stop: float) -> Ramp:

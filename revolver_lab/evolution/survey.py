@@ -25,6 +25,7 @@ def read_theta(
     *,
     f: RampSpec,
     switch: float | Mapping[str, float] | None,
+    held: Mapping[str, int],
 ) -> Theta:
     """Read theta_S and theta_T off two padded, aligned robots.
 
@@ -34,6 +35,7 @@ def read_theta(
         pairs: For each kind of element, (name in source, name in target).
         f: The interpolation function, or patterns over the names of theta.
         switch: alpha at which discrete differences switch: one for all, or by name.
+        held: Joints that one robot holds still, see `padding.Padded`.
 
     Raises:
         ParameterError: If discrete attributes differ and no alpha is named for them, or a
@@ -53,7 +55,8 @@ def read_theta(
                     blocks.extend(_block((kind, a), ours[a], theirs[b], parameter))
             differences += found
     switches = _switched(differences, switch)
-    return Theta(tuple(blocks), switches + _followers(switches, source, target, pairs), Ramps(f))
+    switches += _followers(switches, source, target, pairs)
+    return Theta(tuple(blocks), switches, Ramps(f), held)
 
 
 def _differences(name: tuple[str, str], ours: Element, theirs: Element) -> list[Switch]:

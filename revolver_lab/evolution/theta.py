@@ -14,7 +14,10 @@ from revolver_lab.evolution.parameters import (
     ROTATION,
     Parameter,
 )
-from revolver_lab.evolution.ramps import Ramps
+from revolver_lab.evolution.ramps import Ramps, release
+
+_HOLDING = ("armature", "stiffness", "damping")
+"""What `shrinking.hold_joint` holds a joint by."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,6 +99,8 @@ class Theta:
         blocks: One per attribute of each pair of elements.
         switches: What has no in-between.
         ramps: f of every parameter.
+        held: Joints that one robot holds still, and the alpha at which it does, 0 or 1: what
+            holds them lets go, or takes hold, by `ramps.release` of f.
         names: Names of the D coordinates of theta, with units.
         source: theta_S, (D,).
         target: theta_T, (D,).
@@ -105,11 +110,13 @@ class Theta:
     blocks: tuple[Block, ...]
     switches: tuple[Switch, ...]
     ramps: Ramps
+    held: Mapping[str, int] = field(default_factory=dict)
     names: tuple[str, ...] = field(init=False)
     source: np.ndarray = field(init=False)
     target: np.ndarray = field(init=False)
     changed: np.ndarray = field(init=False)
     _groups: np.ndarray = field(init=False, repr=False)
+    _released: dict[int, np.ndarray] = field(init=False, repr=False)
     _moving: list[tuple[Block, slice]] = field(init=False, repr=False)
 
     def __post_init__(self):
@@ -122,6 +129,7 @@ class Theta:
         put(self, "_groups", self.ramps.groups([name.split(" [")[0] for name in self.names]))
         stops = np.cumsum([len(block.names) for block in self.blocks])
         put(self, "_moving", self._moving_blocks(stops))
+        put(self, "_released", {end: self._holding(end) for end in (0, 1)})
 
     def _moving_blocks(self, stops: np.ndarray) -> list[tuple[Block, slice]]:
         """The blocks that change along the path: the only ones to write again."""
@@ -140,8 +148,20 @@ class Theta:
         """theta(alpha), (D,); exact at both ends (section 4.1, equation 2)."""
         return self._at(self._f(alpha))
 
+    def _holding(self, end: int) -> np.ndarray:
+        """Which coordinates hold a joint still at one end of the path, (D,) bool."""
+        return np.array([
+            kind == "joint" and self.held.get(name) == end and block.parameter.attribute in _HOLDING
+            for block in self.blocks for kind, name in [block.element] for _ in block.names
+        ], dtype=bool)  # fmt: skip
+
     def _f(self, alpha: float) -> np.ndarray:
-        return self.ramps(alpha)[self._groups]
+        f = self.ramps(alpha)[self._groups]
+        if self.held:
+            going, coming = self._released[0], self._released[1]
+            f[going] = [release(x) for x in f[going]]
+            f[coming] = [1.0 - release(1.0 - x) for x in f[coming]]
+        return f
 
     def _at(self, f: np.ndarray) -> np.ndarray:
         theta = (1.0 - f) * self.source + f * self.target
