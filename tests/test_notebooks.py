@@ -140,6 +140,8 @@ def test_a_picture_from_a_file_is_that_file(tmp_path):
     path.write_bytes(b"GIF89a")
     assert rvl.lab.picture(path, "A dot.").data == b"GIF89a"
     assert rvl.lab.picture(path, "A dot.").kind == "image/gif"
+    with pytest.raises(SettingsError, match="of type NoneType"):
+        rvl.lab.picture(None, "Nothing.")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -191,6 +191,23 @@ def test_no_two_methods_look_alike():
     assert len({(to_hex(line.get_color()), line.get_linestyle()) for line in lines}) == 20
 
 
+def test_a_curve_first_measured_late_is_dotted_and_its_axis_begins_at_0():
+    drawing = plots.curves({"Ours": TEN[:, :3]}, [24_000, 48_000, 72_000], cost=COST)
+    axes = drawing.figure.axes[0]
+    assert axes.get_xlim()[0] == 0
+    assert axes.lines[0].get_marker() == "o"
+
+
+def test_robots_beyond_source_and_target_are_refused():
+    with pytest.raises(SettingsError, match="from 0 to 2"):
+        plots.along_alpha({"Ours": EPISODES}, np.linspace(0, 2, 5), cost=COST)
+
+
+def test_lines_that_coincide_are_told_apart_by_their_gaps():
+    drawing = plots.curves({"one": THREE, "other": THREE}, STEPS, cost=COST)
+    assert len({line.get_linestyle() for line in drawing.figure.axes[0].lines}) == 2
+
+
 def test_nothing_is_left_in_pyplot():
     code = (
         "import sys; from revolver_lab import lab, stats; cost = stats.Cost(steps=1, seconds=1)\n"

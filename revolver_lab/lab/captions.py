@@ -48,10 +48,17 @@ def bar(width: int, left: str, right: str = "", progress: float | None = None) -
 
 
 def beside(panels: list[np.ndarray]) -> np.ndarray:
-    """Pictures of one height in a row, with a gap between."""
-    gap = np.full((panels[0].shape[0], GAP, 3), PAPER, dtype=np.uint8)
-    spaced = [part for panel in panels for part in (gap, panel)][1:]
+    """Pictures in a row, with a gap between; what is less high has room below."""
+    height = max(len(panel) for panel in panels)
+    gap = np.full((height, GAP, 3), PAPER, dtype=np.uint8)
+    spaced = [part for panel in panels for part in (gap, _deepened(panel, height))][1:]
     return np.concatenate(spaced, axis=1)
+
+
+def _deepened(panel: np.ndarray, height: int) -> np.ndarray:
+    """A picture with paper below it, up to a height."""
+    room = np.full((height - len(panel), *panel.shape[1:]), PAPER, dtype=np.uint8)
+    return np.concatenate([panel, room]) if len(room) else panel
 
 
 def _cut(words: str, room: float, font: ImageFont.FreeTypeFont | ImageFont.ImageFont) -> str:

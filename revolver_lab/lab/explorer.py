@@ -13,7 +13,7 @@ from revolver_lab.errors import SettingsError
 from revolver_lab.evolution.evolution import Evolution, checked_alpha
 from revolver_lab.lab.facts import Fact, Facts
 from revolver_lab.lab.frames import FIT
-from revolver_lab.lab.rollouts import Acting, Rollout, acting, record
+from revolver_lab.lab.rollouts import Acting, Rollout, playable, record
 from revolver_lab.lab.standins import NOTE, shared_stage
 from revolver_lab.robots.registry import evolution_of
 
@@ -66,7 +66,9 @@ class Explorer:
         seed: int = 0,
     ):
         self.evolve = evolve = evolution_of(evolve)
-        self.policy = None if policy is None else acting(policy)
+        self.policy = policy
+        if policy is not None:
+            playable(policy, evolve, 0.0, task)  # what cannot be played is told now
         self._task, self._seed = task, seed
         self._facts = Facts(evolve)
         self._rollout: Rollout | None = None

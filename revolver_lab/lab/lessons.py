@@ -31,7 +31,8 @@ class Lesson(course.Lesson):
             trained = over_iterations(results, "success", self.methods)
             count = np.arange(trained[self.methods[0]].shape[1])
             return curves(trained, count, cost=results.cost, title=f"{results.robot}, recorded",
-                          xlabel="iteration", ylabel="success in training")  # fmt: skip
+                          xlabel="iteration (who has ended stays at the last value)",
+                          ylabel="success in training")  # fmt: skip
         steps, _ = results.curve(self.methods[0])
         by_method = {name: results.curve(name)[1] for name in self.methods}
         return curves(by_method, steps, cost=results.cost, title=f"{results.robot}, recorded",

@@ -57,6 +57,12 @@ def picture(shown: np.ndarray | str | os.PathLike[str], alt: str) -> Picture:
         raise SettingsError(f"alt = {alt!r}", "a sentence", "Say what the picture shows.")
     if isinstance(shown, np.ndarray):
         return Picture(data=_png(shown), kind="image/png", alt=alt)
+    if not isinstance(shown, str | os.PathLike):
+        raise SettingsError(
+            f"a picture of type {type(shown).__name__}",
+            "pixels, or the name of a file",
+            "Pass what rvl.lab.strip returns.",
+        )
     path = check_path(Path(shown), _SHOWN)
     if not path.is_file():
         raise SettingsError(f"the file {str(path)!r}", "a file that exists", "Write it first.")

@@ -22,6 +22,8 @@ DASHES = ("-", "--", ":", "-.")
 WIDTH = 8.4
 """Inches; about as wide as a notebook."""
 _COLUMNS = 140
+_FEW = 40
+"""Points that are marked one by one; a line through more stands for itself."""
 ONE_SEED = "One seed alone has no interval: it says nothing about others."
 
 Value = TypeVar("Value")
@@ -33,8 +35,8 @@ def colour(rank: int) -> str:
 
 
 def dashes(rank: int) -> str:
-    """Line style of the method of this rank; it changes where the colours begin again."""
-    return DASHES[rank // len(COLOURS) % len(DASHES)]
+    """Line style of the method of this rank; where lines coincide, the gaps show what is below."""
+    return DASHES[rank % len(DASHES)]
 
 
 def checked(given: Mapping[str, Value], cost: Cost) -> Mapping[str, Value]:
@@ -97,9 +99,7 @@ def figure_and_axes(height: float, title: str, xlabel: str, ylabel: str) -> "tup
     return figure, axes
 
 
-def draw_band(
-    axes: "Axes", at: np.ndarray, found: Band, rank: int, label: str, marker: str = ""
-) -> None:
+def draw_band(axes: "Axes", at: np.ndarray, found: Band, rank: int, label: str) -> None:
     """Draw values and, where there are two seeds or more, the band around them.
 
     Args:
@@ -108,9 +108,8 @@ def draw_band(
         found: Values and ends, (K,).
         rank: Which method it is; it sets colour and dashes.
         label: For the legend.
-        marker: Of each point; may be empty.
     """
-    shade = colour(rank)
+    shade, marker = colour(rank), "o" if len(at) <= _FEW else ""
     axes.plot(at, found.value, dashes(rank), marker=marker, markersize=4, color=shade,
               linewidth=2, label=label)  # fmt: skip
     if found.seeds > 1:

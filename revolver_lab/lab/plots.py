@@ -45,6 +45,8 @@ def curves(
     figure, axes = parts.figure_and_axes(4.2, title, xlabel, ylabel)
     for rank, (name, found) in enumerate(bands.items()):
         parts.draw_band(axes, at, found, rank, f"{name} ({parts.counted(found.seeds)})")
+    if at[0] > 0.0:
+        axes.set_xlim(left=0.0)  # a curve that is first measured late does not begin there
     figure.legend(loc="outside right upper", frameon=False, fontsize=9)
     what = f"Line: mean. Band: {parts.bootstrapped(confidence)}, at each point."
     parts.foot(figure, what, cost, [found.seeds for found in bands.values()])
@@ -123,12 +125,15 @@ def along_alpha(
         SettingsError: If there is nothing to draw, or the shapes do not match.
     """
     at = parts.axis(alphas, "alphas")
+    if at[0] < 0.0 or at[-1] > 1.0:
+        raise SettingsError(f"alphas from {at[0]:g} to {at[-1]:g}", "[0, 1]",
+                            "0 is the source, 1 the target.")  # fmt: skip
     found = {name: _on_robots(name, returns, len(at), confidence)
              for name, returns in parts.checked(by_name, cost).items()}  # fmt: skip
     figure, axes = parts.figure_and_axes(4.2, title, "alpha: 0 is the source, 1 the target", ylabel)
     for rank, (name, (each, of)) in enumerate(found.items()):
         label = f"{name} ({parts.counted(each.seeds, of)}{', 1 seed' * (of == 'episode')})"
-        parts.draw_band(axes, at, each, rank, label, "o")
+        parts.draw_band(axes, at, each, rank, label)
     figure.legend(loc="outside right upper", frameon=False, fontsize=9)
     kinds = sorted({f"{of}s" for _, of in found.values()}, reverse=True)
     one = " An interval over episodes is of one policy, not of other seeds." * ("episodes" in kinds)

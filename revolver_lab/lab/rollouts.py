@@ -11,6 +11,7 @@ from revolver_lab.evolution.evolution import Evolution, checked_alpha
 from revolver_lab.given import count_of, seed_of
 
 if TYPE_CHECKING:
+    from revolver_lab.envs.single import RobotEnv
     from revolver_lab.tasks.base import Task
 
 Acting = Callable[[np.ndarray], np.ndarray]
@@ -89,6 +90,25 @@ def acting(policy: Acting) -> Acting:
     return policy
 
 
+def playable(
+    policy: Acting, evolve: Evolution | str, alpha: float, task: "str | Task | None"
+) -> "RobotEnv":
+    """Returns the environment in which a policy can act, if it can.
+
+    Raises:
+        PolicyFileError: If the policy is of another robot.
+        SettingsError: If it is no policy.
+        UnknownNameError: If there is no such robot or task.
+    """
+    from revolver_lab.envs.single import RobotEnv
+    from revolver_lab.policies import Policy
+
+    env = RobotEnv(evolve, alpha=alpha, task=task)
+    if isinstance(acting(policy), Policy):
+        policy.fits(env.task.observation_size, env.simulation.model.nu)
+    return env
+
+
 def rollouts_of(shown: Rollout | Iterable[Rollout]) -> list[Rollout]:
     """Returns one or more rollouts as a list.
 
@@ -129,14 +149,13 @@ def record(
 
     Raises:
         AlphaError: If alpha is outside [0, 1].
+        PolicyFileError: If the policy is of another robot.
         SettingsError: If the policy is none, or seed or steps are no whole numbers.
         UnknownNameError: If there is no such robot or task.
     """
-    from revolver_lab.envs.single import RobotEnv
-
     if steps is not None:
         steps = count_of("steps", steps, 0, "Leave it out for a whole episode.")
-    policy, env = acting(policy), RobotEnv(evolve, alpha=alpha, task=task)
+    env = playable(policy, evolve, alpha, task)
     observation, _ = env.reset(seed=seed_of(seed))
     poses, rewards, held, ended = [env.simulation.data.qpos.copy()], [0.0], [0], False
     while not ended and (steps is None or len(rewards) <= steps):

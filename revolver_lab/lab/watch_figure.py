@@ -148,7 +148,7 @@ def _draw_target(axes: "Axes", found: dict[str, Evaluated | None]) -> None:
     _dress(axes, "environment steps", "return on the target, unshaped")
     for rank, (name, each) in enumerate(found.items()):
         if each is not None:
-            parts.draw_band(axes, each.steps, each.found, rank, name, "o")
+            parts.draw_band(axes, each.steps, each.found, rank, name)
     if not any(found.values()):
         axes.text(0.5, 0.5, "no evaluation yet", transform=axes.transAxes, ha="center",
                   color=parts.INK)  # fmt: skip
