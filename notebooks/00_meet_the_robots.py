@@ -58,8 +58,8 @@ rvl.lab.static_slider(evolve, frames=21, width=400, height=300)
 #
 # Next appear the pairs of robots that are built in, one film strip each, with α growing from
 # left to right at one scale, and a line above it that says what changes. Some changes hide well:
-# a picture does not show that a leg grows heavier. In `ant-leg-emerge` look at the tips of the
-# legs, where a foot grows out of nothing.
+# a picture does not show that a leg grows heavier, and the feet that grow out of nothing at the
+# tips of the Ant's legs, in `ant-leg-emerge`, are hardly to be seen at this size.
 
 # %%
 from IPython.display import display

@@ -67,7 +67,7 @@ checks.one(draw)
 # In the package it is a **schedule** that draws. It knows three numbers of the paper under names of
 # its own: l<sub>k</sub> is `alpha_step`, ξ is `xi`, and N<sub>e</sub> is `episodes_per_phase`. The
 # cell makes one, draws four betas for the phase at α = 0.4, and shows the robots that they stand
-# for: look at the front leg, on the right.
+# for: the front leg, on the right, is a bit shorter on each, which takes a good eye.
 
 # %%
 name = lesson.robots[0]
@@ -229,8 +229,9 @@ quarter = walk(hasty, phase_steps=400)
 print([kept for _, kept, _ in quarter])
 
 # %% [markdown]
-# Half of the cleanings leave **nothing**. Why? Below appear both walks: the stairs are α, the band
-# above them is the window [α, α + ξ], and every dash is a robot that runs.
+# Half of the cleanings leave **nothing**. Why? Below appear both walks, each at its own scale of
+# steps: the stairs are α, the band above them is the window [α, α + ξ], and every dash is a robot
+# that runs.
 
 # %%
 from matplotlib.figure import Figure

@@ -114,7 +114,8 @@ for place, alpha in enumerate(alphas):
         prefers[k, place] = liked.reshape(-1, 8).mean(axis=0)
 
 # %% [markdown]
-# The figure shows how often they preferred the expert's action; one half is what a coin does.
+# The figure shows how often they preferred the expert's action; one half is what a coin does. (Its
+# legend counts each shuffled critic as a seed.)
 
 # %%
 rvl.lab.plots.along_alpha(

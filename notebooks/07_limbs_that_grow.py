@@ -50,11 +50,12 @@ words = "A cheetah at alpha 0 to 1: at its back foot a segment grows, longer tha
 rvl.lab.picture(rvl.lab.strip(rvl.load(name)), words)
 
 # %% [markdown]
-# And the Ant's feet, one at the tip of each of its four legs.
+# And the Ant's feet, one at the tip of each of its four legs (one leg is hidden by the torso).
 
 # %%
 words = "An Ant at alpha 0 to 1: at the tip of each of its four legs a foot grows."
-rvl.lab.picture(rvl.lab.strip(rvl.load("ant-leg-emerge")), words)
+ant = rvl.lab.strip(rvl.load("ant-leg-emerge"), [0, 0.5, 1], width=480, height=340)
+rvl.lab.picture(ant, words)
 
 # %% [markdown]
 # How much is nearly nothing? The cell prints what each robot weighs at α = 0, and what a new limb

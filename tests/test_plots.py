@@ -198,6 +198,13 @@ def test_a_curve_first_measured_late_is_dotted_and_its_axis_begins_at_0():
     assert axes.lines[0].get_marker() == "o"
 
 
+def test_a_tie_does_not_look_like_a_spread_for_rows_begin_at_0():
+    drawing = plots.rows({"Ours": [138.0, 140.0, 141.0]}, cost=COST)
+    assert drawing.figure.axes[0].get_xlim()[0] == 0
+    below = plots.rows({"Ours": [-3.0, 2.0]}, cost=COST)
+    assert below.figure.axes[0].get_xlim()[0] < -3
+
+
 def test_robots_beyond_source_and_target_are_refused():
     with pytest.raises(SettingsError, match="from 0 to 2"):
         plots.along_alpha({"Ours": EPISODES}, np.linspace(0, 2, 5), cost=COST)

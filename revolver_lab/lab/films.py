@@ -57,7 +57,7 @@ def strip(
     if path is not None:
         encoders.check_path(path, encoders.PICTURES)
     with open_stage(evolve, width=width, height=height, camera=camera) as stage:
-        panels = [_panel(stage.frame(alpha), f"alpha {alpha:.2g}", "", alpha) for alpha in robots]
+        panels = [_panel(stage.frame(alpha), f"alpha {alpha:.3g}", "", alpha) for alpha in robots]
     picture = captions.beside(panels)
     if path is not None:
         encoders.write_picture(picture, path)
@@ -151,7 +151,7 @@ def moment(stage: Stage | Recorded, run: Rollout, time: float) -> np.ndarray:
         A picture above its caption, (H, W, 3) uint8.
     """
     row = run.row(time)
-    words = f"alpha {run.alpha:.2g}   {achieved(run, row)}"
+    words = f"alpha {run.alpha:.3g}   {achieved(run, row)}"
     picture = stage.frame(run.alpha, run.qpos[row], places=run.places)
     if not run.title:
         return _panel(picture, words, "", run.alpha)

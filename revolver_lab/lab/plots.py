@@ -93,6 +93,8 @@ def rows(
     labels = [f"{name}\n{parts.counted(each.seeds)}" for name, each in found.items()]
     axes.set_yticks(range(len(found)), labels)
     axes.set_ylim(len(found) - 0.5, -0.5)
+    if min(each.min() for each in scores.values()) > 0:
+        axes.set_xlim(left=0.0)  # or a tie would look like a spread
     what = f"Dot: {statistic}. Bar: {parts.bootstrapped(confidence)}. Faint: a seed."
     parts.foot(figure, what, cost, [each.seeds for each in found.values()])
     told = "; ".join(f"{name} {parts.told(each)}" for name, each in found.items())
