@@ -275,6 +275,14 @@ def test_the_nearest_cached_robot_is_at_most_half_a_grid_step_away():
     assert len({evolve.nearest(a) for a in np.linspace(0, 1, 5001)}) == 1001
 
 
+def test_a_model_that_an_equal_evolution_made_is_moved_whole_though_this_one_has_seen_no_other():
+    first, second = (rvl.Evolution(pendulum(), pendulum(length=2)) for _ in range(2))
+    for alpha in (0.0, 0.3):
+        moved = first.model(1.0)
+        second.write_model(moved, alpha)
+        assert differing(moved, first.model(alpha)) == []
+
+
 def test_a_model_of_another_robot_cannot_be_moved():
     evolve = rvl.Evolution(pendulum(), pendulum(length=2))
     with pytest.raises(ParameterError, match="another robot"):

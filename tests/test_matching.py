@@ -324,3 +324,13 @@ def test_the_drawing_says_what_becomes_of_the_scene():
         "= wall of the scene stays", "- ball of the target's scene is left out",
     ]  # fmt: skip
     assert matched(robot.format(wall), robot.format(wall)).scenery == ()
+
+
+def test_a_plane_that_only_the_target_carries_is_said_to_be_left_out():
+    robot = "<mujoco><worldbody><body name='a'><joint name='j'/><geom name='a' size='.1'/></body>"
+    robot += "<body name='ship'>{}</body></worldbody></mujoco>"
+    plane = "<geom name='deck' type='plane' size='1 1 1'/>"
+    found = matched(robot.format(""), robot.format(plane))
+    assert found.scenery == ((None, "deck"),)
+    assert "deck" not in {name for pair in found.geoms for name in pair}
+    assert str(found).splitlines()[-1] == "- deck of the target's scene is left out"

@@ -83,8 +83,7 @@ class Evolution:
         pairs = dict(padded.pairs) | {"option": [("world", "world")]}
         align(self._spec, there, pairs, switching=switching)
         pairs["mesh"] = align_meshes(self._spec, there, pairs)
-        held = padded.held
-        self._theta = read_theta(self._spec, there, pairs, f=f, switch=switch, held=held)
+        self._theta = read_theta(self._spec, there, pairs, f=f, switch=switch, held=padded.held)
         self._found = {kind: elements(self._spec, kind) for kind in (*LISTS, "wrap", "option")}
         self._cache, self._lock = Cache(cache_bytes), threading.Lock()
         self._made: live.Base | None = None
@@ -172,6 +171,8 @@ class Evolution:
             raise ParameterError(
                 "a model of another robot", f"a model of {self!r}", "Make it with evolve.model()."
             )
+        for place in (0.5, 1.0) if not self._varying else ():  # the model may come from there
+            self._arrays(place)
         arrays, base = self._arrays(alpha), self._base.arrays
         live.write(model, {name: arrays.get(name, base[name]) for name in self._varying})
         return self._varying
@@ -205,9 +206,8 @@ class Evolution:
         """The robot as it is written now."""
         switches = (s for s in self._theta.switches if s.attribute in colliding.COLLIDES)
         geoms = [self._found[kind][name] for kind, name in {s.element for s in switches}]
-        return colliding.compiled(
-            geoms, lambda: tendon_paths.compiled(self._spec, self._found["wrap"])
-        )
+        wraps = self._found["wrap"]
+        return colliding.compiled(geoms, lambda: tendon_paths.compiled(self._spec, wraps))
 
     def _arrays(self, alpha: float) -> live.Arrays:
         """What distinguishes E(alpha) from E(0), compiled once and remembered."""

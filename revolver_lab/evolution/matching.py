@@ -34,8 +34,8 @@ class Matching:
         pairs: Explicit contact pairs.
         excludes: Excluded contacts.
         meshes: Meshes of paired geoms.
-        scenery: The world's geoms that only one robot has: the source's are there at every
-            alpha, the target's at none.
+        scenery: The world's geoms that only one robot has, and planes and height fields on any
+            body: the source's are there at every alpha, the target's at none.
         source_root: Body at which a floating source is rooted as the target is; "" if fixed.
         target_root: The same of the target.
         created: Bodies, joints and actuators created on either side.

@@ -134,9 +134,16 @@ def _mesh_shapes(spec: mujoco.MjSpec) -> dict[str, Hashable]:
 def _without_lone_scenery(
     source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Names
 ) -> tuple[Names, Names]:
-    """Part the world's geoms that only one robot has from the others: the scene is the source's."""
-    world = [{geom.name for geom in spec.worldbody.geoms} for spec in (source, target)]
-    lone = tuple(p for p in pairs if None in p and (p[0] in world[0] or p[1] in world[1]))
+    """Part the scene's geoms that only one robot has from the others: the scene is the source's.
+
+    What has no size of its own, a plane say, cannot be created, and counts as scene on any body.
+    """
+    endless = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
+    scene = [
+        {g.name for g in spec.geoms if g.parent.name == "world" or g.type in endless}
+        for spec in (source, target)
+    ]
+    lone = tuple(p for p in pairs if None in p and (p[0] in scene[0] or p[1] in scene[1]))
     return tuple(p for p in pairs if p not in lone), lone
 
 
