@@ -326,6 +326,16 @@ def test_the_drawing_says_what_becomes_of_the_scene():
     assert matched(robot.format(wall), robot.format(wall)).scenery == ()
 
 
+def test_joints_that_would_turn_into_each_other_are_created_instead_unless_they_are_pinned():
+    body = "<mujoco><worldbody><body name='t'>{}<geom size='.1'/></body></worldbody></mujoco>"
+    x, y = "<joint name='x' axis='1 0 0'/>", "<joint name='y' axis='0 1 0'/>"
+    there, back = body.format(x + y), body.format(y + x)
+    assert matched(there, back).created == 2
+    assert set(matched(there, back, pins={"x": "y", "y": "x"}).joints) == {("x", "y"), ("y", "x")}
+    renamed = body.format("<joint name='y' axis='1 0 0'/><joint name='x' axis='0 1 0'/>")
+    assert matched(there, renamed).created == 0  # the same robot under other names
+
+
 def test_a_plane_that_only_the_target_carries_is_said_to_be_left_out():
     robot = "<mujoco><worldbody><body name='a'><joint name='j'/><geom name='a' size='.1'/></body>"
     robot += "<body name='ship'>{}</body></worldbody></mujoco>"

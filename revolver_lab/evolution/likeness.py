@@ -7,6 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from revolver_lab.evolution.nodes import Link
+
+_ASKEW = 0.5
+"""Cosine below which two axes are not each other's kin."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Weights:
@@ -63,6 +68,22 @@ def away(
 def joint_unlikeness(a: Sequence[float], b: Sequence[float]) -> float:
     """How differently two axes point, between 0 (the same way) and 1 (opposite)."""
     return float(1.0 - np.dot(a, b)) / 2.0
+
+
+def crossing(a: Link, b: Link, ours: Sequence[Link], theirs: Sequence[Link]) -> bool:
+    """Whether two joints of one body would change places, and their axes turn into each other's.
+
+    Halfway both axes would be one: two coordinates for one motion, and no inertia matrix.
+
+    Args:
+        a: A joint of one robot.
+        b: A joint of the other.
+        ours: All joints of a's body.
+        theirs: All joints of b's.
+    """
+    named = {link.name for link in theirs}, {link.name for link in ours}
+    turns = abs(float(np.dot(a.axis, b.axis))) < _ASKEW
+    return a.name != b.name and a.name in named[0] and b.name in named[1] and turns
 
 
 def pair_in_order(

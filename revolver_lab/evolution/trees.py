@@ -6,7 +6,14 @@ from collections import Counter
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from revolver_lab.evolution.likeness import Weights, away, joint_unlikeness, pair_in_order, words
+from revolver_lab.evolution.likeness import (
+    Weights,
+    away,
+    crossing,
+    joint_unlikeness,
+    pair_in_order,
+    words,
+)
 from revolver_lab.evolution.nodes import Correspondence, Joint, Pairs, Tree
 
 IMPOSSIBLE = 1e6
@@ -136,6 +143,8 @@ class Matcher:
             ok = pins[0].get(ours[i], theirs[j]) == theirs[j]
             ok = ok and pins[1].get(theirs[j], ours[i]) == ours[i]
             if a.type != b.type or not ok:
+                return IMPOSSIBLE
+            if pins[0].get(ours[i]) is None and crossing(a, b, *links):
                 return IMPOSSIBLE
             tie = self._weights.likeness * joint_unlikeness(a.axis, b.axis)
             tie += self._weights.order * abs(i - j) + self._weights.name * (a.name != b.name)
