@@ -10,7 +10,7 @@ import numpy as np
 from revolver_lab.errors import ParameterError, RobotFileError
 from revolver_lab.evolution.discarding import discard
 from revolver_lab.evolution.naming import name_everything
-from revolver_lab.evolution.screening import Screened, inside, screen
+from revolver_lab.evolution.screening import MAX_MODELS, Screened, inside, screen
 from revolver_lab.evolution.urdf import BLANK, with_compiler_settings, with_whole_paths
 
 _REMEDIES = {
@@ -84,7 +84,8 @@ def _from_text(text: str) -> mujoco.MjSpec:
     where = "the XML text"
     data = text.lstrip(BLANK).encode()
     found = screen(data, where)
-    for name in found.includes + found.files + found.meshes + found.visuals:
+    named = found.includes + found.models + found.files + found.meshes + found.visuals
+    for name in named:
         raise RobotFileError(
             f"{where} names the file {name!r}",
             "text that stands alone",
@@ -94,23 +95,57 @@ def _from_text(text: str) -> mujoco.MjSpec:
 
 
 def _from_path(path: str | Path) -> mujoco.MjSpec:
-    """Read a file, after everything that it includes or names has been looked at."""
+    """Read a file, after everything that it includes, attaches or names has been looked at."""
     path, where = Path(path), repr(str(path))
     data = _read(path, where)
     folder = path.parent.resolve()
     found = screen(data, where)
-    _follow_includes(found, folder, where)
-    urdf = found.kind == "robot"
-    for base in ["", *([] if urdf else found.folders)]:
-        inside(folder, base, where)
-        for name in found.files:
-            inside(folder, os.path.join(base, name), where)
-    if urdf:
+    _look_around(found, folder, folder, where, [])
+    if found.kind == "robot":
         return _parse(with_whole_paths(data.decode(), path, where), found, where, folder)
     try:
-        return mujoco.MjSpec.from_file(str(path))
+        return mujoco.MjSpec.from_file(str(folder / path.name))
     except (ValueError, mujoco.FatalError) as error:
         raise _refusal(error, where) from error
+
+
+def _look_around(
+    found: Screened, home: Path, folder: Path, where: str, attached: list[Path]
+) -> None:
+    """Screen what a file includes and attaches, and refuse what it names outside a folder.
+
+    Args:
+        found: What the file refers to.
+        home: The file's own folder, in which links are not followed, as MuJoCo does not.
+        folder: The folder that no path may leave.
+        where: What to call the file in an error.
+        attached: Files of which parts are attached, so far; completed.
+    """
+    _follow_includes(found, home, folder, where)
+    files, folders = found.files, found.folders
+    if found.kind == "robot":  # of the robot itself, meshes have been looked for in its package
+        files = files + found.meshes + found.visuals if attached else files
+        folders = folders if attached else []
+    beneath = [os.path.join(base, name) for base in ["", *folders] for name in files]
+    for name in folders + beneath:
+        _within(folder, home, name, where)
+    for model in found.models:
+        path = _within(folder, home, model, where)
+        attached.append(path)
+        if len(attached) > MAX_MODELS:
+            raise RobotFileError(
+                f"{where} attaches {model!r}, the {len(attached)}th model",
+                f"at most {MAX_MODELS} models, none of which attaches itself",
+                "Attach fewer.",
+            )
+        there = repr(str(path))
+        _look_around(screen(_read(path, there), there), (home / model).parent, folder, there,
+                     attached)  # fmt: skip
+
+
+def _within(folder: Path, home: Path, name: str, where: str) -> Path:
+    """The file that a file in `home` names, refused unless it lies in `folder`."""
+    return inside(folder, os.path.join(home, name), where, written=name)
 
 
 def _read(path: Path, where: str) -> bytes:
@@ -130,12 +165,13 @@ def _read(path: Path, where: str) -> bytes:
     )  # fmt: skip
 
 
-def _follow_includes(found: Screened, folder: Path, where: str) -> None:
+def _follow_includes(found: Screened, home: Path, folder: Path, where: str) -> None:
     """Screen every included file and add what it names to `found`."""
     seen: set[Path] = set()
     waiting = list(found.includes)
     while waiting:
-        path = inside(folder, waiting.pop(), where)
+        name = waiting.pop()
+        path = _within(folder, home, name, where)
         if path in seen:
             continue
         seen.add(path)
@@ -143,6 +179,8 @@ def _follow_includes(found: Screened, folder: Path, where: str) -> None:
         waiting += more.includes
         found.files += more.files
         found.folders += more.folders
+        # Of all that a file names, only models are looked for beside it when it is included.
+        found.models += [os.path.join(os.path.dirname(name), model) for model in more.models]
 
 
 def _parse(text: str, found: Screened, where: str, folder: Path) -> mujoco.MjSpec:

@@ -1,6 +1,7 @@
 """Screens the text of a robot file before MuJoCo's parser, written in C, is let near it."""
 
 import math
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
@@ -11,6 +12,7 @@ MAX_BYTES = 32 * 2**20
 MAX_DEPTH = 128
 MAX_ELEMENTS = 100_000
 MAX_COPIES = 10_000
+MAX_MODELS = 100
 # Attributes that make MuJoCo allocate or loop as often as they say, and how far they may go.
 _COUNTS = {
     "nrow": 4096, "ncol": 4096, "width": 8192, "height": 8192, "njmax": 10**6, "nconmax": 10**6,
@@ -35,6 +37,7 @@ class Screened:
     Attributes:
         kind: The name of its first element, "mujoco" or "robot" (URDF).
         includes: Files that it includes, as written.
+        models: Robots of which it attaches parts, as written.
         files: Other files that it names, as written.
         folders: Asset folders that it sets, as written.
         meshes: Mesh files with which a URDF collides, as written.
@@ -43,6 +46,7 @@ class Screened:
 
     kind: str = ""
     includes: list[str] = field(default_factory=list)
+    models: list[str] = field(default_factory=list)
     files: list[str] = field(default_factory=list)
     folders: list[str] = field(default_factory=list)
     meshes: list[str] = field(default_factory=list)
@@ -170,7 +174,8 @@ class _Reader:
                 drawn = "visual" in self._path
                 (self.found.visuals if drawn else self.found.meshes).append(value)
             elif name == "file":
-                (self.found.includes if tag == "include" else self.found.files).append(value)
+                found = {"include": self.found.includes, "model": self.found.models}
+                found.get(tag, self.found.files).append(value)
             elif name.startswith("file"):
                 self.found.files.append(value)
 
@@ -210,7 +215,7 @@ def inside(folder: Path, name: str, where: str, written: str | None = None) -> P
             "a path relative to the robot's file, with forward slashes",
             "Write the path without any scheme.",
         )
-    path = (folder / name).resolve()
+    path = Path(os.path.normpath(folder / name)).resolve()  # MuJoCo, too, takes out ".." first
     if not path.is_relative_to(folder):
         raise RobotFileError(
             f"{where} names {written!r}, outside its folder {str(folder)!r}",
