@@ -1,9 +1,12 @@
 """A robot with another one attached to it is read as far as both may be, and evolves."""
 
+import mujoco
 import numpy as np
 import pytest
 from test_reading import TETRAHEDRON
+from test_uncommon_parts import shaken
 
+import revolver_lab as rvl
 from revolver_lab.errors import RobotFileError
 from revolver_lab.evolution.reading import read_robot
 
@@ -65,3 +68,33 @@ def test_an_attached_robot_reads_the_files_of_its_own_folder(tmp_path, monkeypat
         np.testing.assert_allclose(model.body("h_p").mass, 1000 / 6, rtol=1e-6)
     with pytest.raises(RobotFileError, match=r"names the file 'hand\.xml'.*stands alone"):
         read_robot(WITH_HAND.format(MODEL.format("hand.xml")))
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_an_attached_hand_is_created_from_the_files_of_its_own_folder(tmp_path, back):
+    arm = (
+        "<mujoco><compiler meshdir='meshes'/><asset><mesh name='p' file='p.obj'/>{}</asset>"
+        "<worldbody><body name='b'><joint name='j' axis='0 1 0'/><geom type='mesh' mesh='p'/>{}"
+        "</body></worldbody></mujoco>"
+    )
+    hand = (
+        "<mujoco model='h'><compiler meshdir='meshes'/><asset><mesh name='p' file='q.obj'/></asset>"
+        "<worldbody><body name='p' pos='0 0 1'><joint name='k'/><geom type='mesh' mesh='p'/></body>"
+        "</worldbody></mujoco>"
+    )
+    for folder, name, edge in ((tmp_path, "p", "1"), (tmp_path / "hand", "q", "2")):
+        (folder / "meshes").mkdir(parents=True)
+        (folder / "meshes" / f"{name}.obj").write_text(TETRAHEDRON.replace("v 1", f"v {edge}"))
+    (tmp_path / "hand" / "hand.xml").write_text(hand)
+    attach = "<attach model='h' body='p' prefix='h_'/>"
+    ends = [tmp_path / "arm.xml", tmp_path / "both.xml"]
+    ends[0].write_text(arm.format("", ""))
+    ends[1].write_text(arm.format("<model name='h' file='hand/hand.xml'/>", attach))
+    evolve = rvl.Evolution(*(ends[::-1] if back else ends))
+    assert evolve.matching.created == 2
+    alone = mujoco.MjModel.from_xml_path(str(ends[1]))
+    model = evolve.model(0 if back else 1)
+    assert alone.body("h_p").mass > 1.9 * alone.body("b").mass
+    np.testing.assert_allclose(model.body_mass, alone.body_mass, rtol=1e-6)
+    np.testing.assert_allclose(shaken(model), shaken(alone), atol=1e-5)
+    shaken(evolve.model(0.5))

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from enum import Enum
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -188,22 +187,3 @@ def needed(rename: Rename, kind: str, name: str, what: str) -> str:
             f"Move the {kind} {name!r} to a body of the robot, or remove {what}.",
         )
     return here
-
-
-def copy_asset(host: mujoco.MjSpec, giver: mujoco.MjSpec, kind: str, donor: object, name: str):
-    """Add a copy of a mesh, material, texture or height field, with files made absolute."""
-    copy = getattr(host, f"add_{kind}")(name=name)
-    copy_attributes(donor, copy)
-    folder = giver.texturedir if kind == "texture" else giver.meshdir
-    file = getattr(donor, "file", "")
-    if file and file not in giver.assets:
-        copy.file = str(_absolute(giver, folder, file))
-    elif file and file not in host.assets:
-        host.assets[file] = giver.assets[file]
-    return copy
-
-
-def _absolute(giver: mujoco.MjSpec, folder: str, file: str) -> Path:
-    """Where a robot's asset file is."""
-    name = Path(file).name if giver.strippath else file
-    return (Path(giver.modelfiledir) / folder / name).resolve()

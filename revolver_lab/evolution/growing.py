@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from revolver_lab.evolution import copying, inertias, shrinking
+from revolver_lab.evolution.assets import copy_asset
 from revolver_lab.evolution.contacts import excuse_contacts
 from revolver_lab.evolution.keyframes import extend_keyframes
 from revolver_lab.evolution.naming import free_name
@@ -73,7 +74,7 @@ class Grower:
         if donor is None:
             return
         here = self._new_name(kind, plural, name)
-        copy = copying.copy_asset(self.host, self.donor, kind, donor, here)
+        copy = copy_asset(self.host, self.donor, self._model, kind, donor, here)
         if kind == "material":
             textures = [self._rename("texture", t) if t else "" for t in donor.textures]
             copy.textures = [t or "" for t in textures]
@@ -166,7 +167,7 @@ class Grower:
         if geom.meshname:
             mesh = next(m for m in self.donor.meshes if m.name == geom.meshname)
             name = self._new_name("mesh", "meshes", mesh.name)
-            copy = copying.copy_asset(self.host, self.donor, "mesh", mesh, name)
+            copy = copy_asset(self.host, self.donor, self._model, "mesh", mesh, name)
             sides = self._model.geom(geom.name).size if geom.type == _MESH else np.ones(3)
             shrinking.shrink_mesh(copy, self._model, mesh.name, float(8.0 * np.prod(sides)))
         name = self._new_name("geom", "geoms", geom.name)

@@ -1,11 +1,13 @@
 """Gives two robots the same bodies, joints and actuators, created at zero size where lacking."""
 
+import functools
 from dataclasses import dataclass
 
 import mujoco
 
+from revolver_lab.errors import MatchingError, RevolverError
+from revolver_lab.evolution.assets import copy_asset
 from revolver_lab.evolution.canonical import LISTS, canonical, refuse_scaled_frames
-from revolver_lab.evolution.copying import copy_asset
 from revolver_lab.evolution.growing import Grower, Twins
 from revolver_lab.evolution.matching import Matching
 from revolver_lab.evolution.naming import free_name
@@ -62,8 +64,24 @@ def pad(source: mujoco.MjSpec, target: mujoco.MjSpec, matching: Matching) -> Pad
         The two padded robots, both of which compile, and what corresponds in them.
 
     Raises:
-        MatchingError: If something to be created depends on a part of the other robot's scene.
+        MatchingError: If something to be created depends on a part of the other robot's scene,
+            or a robot does not compile with it.
     """
+    try:
+        return _padded(source, target, matching)
+    except RevolverError:
+        raise
+    except (ValueError, mujoco.FatalError) as error:
+        message = " ".join(str(error).split())
+        raise MatchingError(
+            f"a robot that does not compile with what the other one has: MuJoCo says: {message}",
+            "parts that either robot can have",
+            "Mend what it names, or remove it from both robots.",
+        ) from error
+
+
+def _padded(source: mujoco.MjSpec, target: mujoco.MjSpec, matching: Matching) -> Padded:
+    """Create on either side what only the other one has."""
     ours, theirs = _floating_root(source), _floating_root(target)
     moved = matching.source_root != ours or matching.target_root != theirs
     twins, back = _twins(matching)
@@ -177,20 +195,21 @@ def _separate_meshes(source: mujoco.MjSpec, target: mujoco.MjSpec, names: Twins)
     """Copy a mesh under a new name where its geoms become, or come from, different meshes."""
     forth: dict[str, str] = {}
     back: dict[str, str] = {}
+    compiled = [functools.cache(spec.compile) for spec in (source, target)]
     for a, b in names["geom"].items():
         ours, theirs = source.geom(a), target.geom(b)
         if not ours.meshname or not theirs.meshname:
             continue
         if forth.get(ours.meshname, theirs.meshname) != theirs.meshname:
-            _take_own_mesh(source, ours)
+            _take_own_mesh(source, compiled[0](), ours)
         if back.get(theirs.meshname, ours.meshname) != ours.meshname:
-            _take_own_mesh(target, theirs)
+            _take_own_mesh(target, compiled[1](), theirs)
         forth[ours.meshname], back[theirs.meshname] = theirs.meshname, ours.meshname
 
 
-def _take_own_mesh(spec: mujoco.MjSpec, geom: mujoco.MjsGeom) -> None:
+def _take_own_mesh(spec: mujoco.MjSpec, model: mujoco.MjModel, geom: mujoco.MjsGeom) -> None:
     """Give a geom a copy of its mesh."""
     mesh = next(m for m in spec.meshes if m.name == geom.meshname)
     name = free_name(mesh.name, {m.name for m in spec.meshes})
-    copy_asset(spec, spec, "mesh", mesh, name)
+    copy_asset(spec, spec, model, "mesh", mesh, name)
     geom.meshname = name
