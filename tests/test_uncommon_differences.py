@@ -60,6 +60,10 @@ DIFFERENCES = {
         robot(motors=f"<position name='q' joint='f1' kp='5' nsample='10' delay='{d}'/>")
         for d in (0.002, 0.01)
     ],
+    "a servo of a velocity": [
+        robot(motors=f"<pid name='p' joint='f2' kp='9' kv='.7' input='vel' velrange='-{r} {r}'/>")
+        for r in (0.5, 0.8)
+    ],
     "the places of a keyframe": [
         held(f"mpos='0 0 {z}' mquat='1 0 0 {z}'", 0.5) for z in (0, 1)
     ],
@@ -106,6 +110,21 @@ def test_a_switch_that_changes_how_much_there_is_is_refused_at_once(attribute, v
         rvl.Evolution(*made)
     with pytest.raises(ParameterError, match=what):
         rvl.Evolution(*made, switch=0.5)
+
+
+def test_a_servo_of_several_controls_can_be_created_beside_one_of_a_limited_control():
+    servo = "<position name='q' joint='f1' kp='5' ctrlrange='-{0} {0}'/>"
+    without = robot(motors=servo.format(1))
+    ends = (
+        without,
+        robot(motors=servo.format(2) + "<pid name='p' joint='f2' kp='9' ki='3' kv='.7'/>"),
+    )
+    evolve = rvl.Evolution(*ends)
+    alone = [mujoco.MjModel.from_xml_string(text) for text in ends]
+    assert alone[1].nu > len(alone[1].actuator_trntype)
+    assert apart(alone[0], evolve.model(0), 200, ground=True).max() < 1e-4
+    np.testing.assert_allclose(shaken(evolve.model(1)), shaken(alone[1]), atol=1e-9)
+    np.testing.assert_allclose(evolve.model(0.5).actuator("q").ctrlrange, [-1.5, 1.5])
 
 
 def mesh(corner, more=""):

@@ -153,12 +153,12 @@ def _fold_joint(joint: Element, model: mujoco.MjModel) -> None:
 
 def _spell_out_limits(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     """Replace "auto" limits of actuators and tendons by what the compiler made of them."""
-    flags = ("ctrllimited", "forcelimited", "actlimited")
     for i, actuator in enumerate(spec.actuators):
-        for flag in flags:
-            values = getattr(model, f"actuator_{flag}")
-            if len(values) == len(spec.actuators):
-                setattr(actuator, flag, int(values[i]))
+        for flag in ("forcelimited", "actlimited"):
+            setattr(actuator, flag, int(getattr(model, f"actuator_{flag}")[i]))
+        # Where its only control is a velocity, that has a range of its own, and this says nothing.
+        limited = model.actuator_ctrllimited[model.actuator_ctrladr[i]]
+        actuator.ctrllimited = int(limited and actuator.ctrlrange[0] < actuator.ctrlrange[1])
     for i, tendon in enumerate(spec.tendons):
         tendon.limited = int(model.tendon_limited[i])
         tendon.actfrclimited = int(model.tendon_actfrclimited[i])
