@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+import revolver_lab as rvl
 from revolver_lab.errors import ParameterError
 from revolver_lab.evolution.ramps import NAMED, Ramps, checked, ramp
 
@@ -55,3 +56,20 @@ def test_the_first_matching_pattern_moves_a_parameter_and_the_rest_is_linear():
 def test_a_pattern_that_matches_nothing_is_refused():
     with pytest.raises(ParameterError, match="matches no parameter"):
         Ramps({"geom/typo/*": "linear"}).groups(["geom/a/size"])
+
+
+@pytest.mark.parametrize("name", ["geom/a [b]/size[0] [m]", "geom/a [b]/size[0]", "geom/*/size*"])
+def test_a_name_of_theta_is_its_own_pattern_with_its_unit_or_without(name):
+    names = ["geom/a [b]/size[0] [m]", "geom/a [b]/margin"]
+    ramps = Ramps({name: "smoothstep"})
+    assert ramps(0.25)[ramps.groups(names)].tolist() == [0.15625, 0.25]
+
+
+def test_every_name_that_an_evolution_prints_is_taken_for_f():
+    body = "<body name='b [1]'><joint name='j'/><geom size='{}'/></body>"
+    robot = f"<mujoco><worldbody>{body}</worldbody></mujoco>"
+    ends = [robot.format(radius) for radius in (0.1, 0.2)]
+    names = rvl.Evolution(*ends).theta_names
+    assert any(name.endswith(" [m]") for name in names)
+    early = rvl.Evolution(*ends, f={name: ramp(0.0, 0.5) for name in names})
+    np.testing.assert_array_equal(early.theta(0.5), early.theta(1.0))

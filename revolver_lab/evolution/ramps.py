@@ -1,6 +1,7 @@
 """The interpolation functions f of section 4.1: continuous, f(0) = 0, f(1) = 1."""
 
 import fnmatch
+import re
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -131,12 +132,23 @@ def _check_values(values: np.ndarray) -> None:
         )
 
 
+def _matches(name: str, pattern: str) -> bool:
+    """Whether a pattern is a name of theta, with its unit or without, or matches the latter.
+
+    Example:
+        >>> _matches("geom/foot/size[0] [m]", "geom/foot/size[0]")
+        True
+    """
+    bare = re.sub(r" \[[^][]*\]$", "", name)
+    return pattern in (name, bare) or fnmatch.fnmatchcase(bare, pattern)
+
+
 class Ramps:
     """f for every parameter: one function for all, or patterns over the names of theta.
 
     Args:
-        f: A name, a callable, or a mapping of patterns (as in `fnmatch`) to either;
-            the first pattern that matches wins, and what matches none is linear.
+        f: A name, a callable, or a mapping of theta's names, or of patterns (as in `fnmatch`), to
+            either; the first that matches wins, and what matches none is linear.
 
     Example:
         >>> ramps = Ramps({"geom/foot/*": ramp(0.5, 1.0)})
@@ -157,14 +169,14 @@ class Ramps:
             ParameterError: If a pattern matches no name at all.
         """
         for pattern in self.patterns[:-1]:
-            if not any(fnmatch.fnmatchcase(name, pattern) for name in names):
+            if not any(_matches(name, pattern) for name in names):
                 raise ParameterError(
                     f"f for {pattern!r}, which matches no parameter",
                     "patterns over evolve.theta_names, such as 'geom/*/size*'",
                     "Print evolve.theta_names and mend the pattern.",
                 )
         matches = (
-            next(i for i, p in enumerate(self.patterns) if fnmatch.fnmatchcase(name, p))
+            next(i for i, pattern in enumerate(self.patterns) if _matches(name, pattern))
             for name in names
         )
         return np.fromiter(matches, dtype=int, count=len(names))

@@ -126,7 +126,7 @@ class Theta:
         put(self, "source", np.concatenate([np.zeros(0), *(s for s, _ in ends)]))
         put(self, "target", np.concatenate([np.zeros(0), *(t for _, t in ends)]))
         put(self, "changed", ~_equal(self.source, self.target))
-        put(self, "_groups", self.ramps.groups([name.split(" [")[0] for name in self.names]))
+        put(self, "_groups", self.ramps.groups(list(self.names)))
         stops = np.cumsum([len(block.names) for block in self.blocks])
         put(self, "_moving", self._moving_blocks(stops))
         put(self, "_released", {end: self._holding(end) for end in (0, 1)})
