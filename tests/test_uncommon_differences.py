@@ -200,6 +200,7 @@ LEFT = {
     "actuator": "refsite slidersite target type",
     "equality": "name1 name2 objtype",
     "pair": "geomname1 geomname2",
+    "sensor": "objname objtype refname reftype type",
     "mesh": "content_type file material maxhullvert needsdf octree_maxdepth refpos refquat "
     "smoothnormal userface userfacenormal userfacetexcoord usernode usernormal usertet "
     "usertexcoord",
@@ -213,7 +214,7 @@ def _one_of_each():
     made = {"body": body, "option": spec.option}
     for kind in ("geom", "joint", "site", "camera", "light"):
         made[kind] = getattr(body, f"add_{kind}")()
-    for kind in ("tendon", "actuator", "equality", "pair", "key", "mesh"):
+    for kind in ("tendon", "actuator", "equality", "pair", "sensor", "key", "mesh"):
         made[kind] = getattr(spec, f"add_{kind}")()
     return made
 

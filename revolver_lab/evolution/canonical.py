@@ -23,6 +23,7 @@ LISTS = {
     "tendon": "tendons",
     "equality": "equalities",
     "pair": "pairs",
+    "sensor": "sensors",
     "camera": "cameras",
     "light": "lights",
     "key": "keys",

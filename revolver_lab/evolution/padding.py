@@ -138,7 +138,7 @@ def _lacks(source: mujoco.MjSpec, target: mujoco.MjSpec, twins: Twins, back: Twi
     """Whether one robot has something to be created in the other."""
     return any(
         element.name not in known[kind]
-        for kind in ("body", "joint", "geom", "site", "tendon", "actuator", "equality")
+        for kind in ("body", "joint", "geom", "site", "tendon", "actuator", "equality", "sensor")
         for spec, known in ((source, twins), (target, back))
         for element in getattr(spec, _KINDS[kind])
         if not _is_scenery(kind, element)

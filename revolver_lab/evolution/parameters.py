@@ -16,12 +16,15 @@ class Parameter:
         unit: SI unit, "" where it has none; {q} stands for rad or m, by the joint's type.
         how: LINEAR, ROTATION or DIRECTION.
         rare: Whether it is part of theta only where the two robots differ in it.
+        off: Whether 0 means that there is none, which is far from any small value: a difference
+            from 0 is then a discrete one.
     """
 
     attribute: str
     unit: str = ""
     how: str = LINEAR
     rare: bool = False
+    off: bool = False
 
 
 def _contact(friction: str = "friction") -> tuple[Parameter, ...]:
@@ -121,6 +124,12 @@ CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
     "wrap": (Parameter("coef"), Parameter("divisor")),
     "equality": (Parameter("data"), Parameter("solref"), Parameter("solimp")),
     "pair": (*_contact(), Parameter("solreffriction"), Parameter("adhesion", "N", rare=True)),
+    "sensor": (
+        Parameter("cutoff", rare=True, off=True),
+        Parameter("noise", rare=True),
+        Parameter("delay", "s", rare=True),
+        Parameter("interval", "s", rare=True),
+    ),
     "camera": (
         Parameter("pos", "m"),
         Parameter("quat", "rad", ROTATION),
@@ -185,6 +194,7 @@ DISCRETE: dict[str, tuple[str, ...]] = {
     "wrap": ("type",),
     "equality": ("type", "active"),
     "pair": ("condim",),
+    "sensor": ("intprm", "dim", "datatype", "needstage", "nsample", "interp"),
     "option": (
         "integrator",
         "cone",

@@ -49,7 +49,8 @@ def read_theta(
             if (kind, a) == ("body", "world"):
                 continue
             found = _differences((kind, a), ours[a], theirs[b])
-            switching = {_MEANT_BY.get(difference.attribute) for difference in found}
+            switching = {difference.attribute for difference in found}
+            switching |= {_MEANT_BY.get(attribute) for attribute in switching}
             for parameter in parameters:
                 if parameter.attribute not in switching:
                     blocks.extend(_block((kind, a), ours[a], theirs[b], parameter))
@@ -61,12 +62,23 @@ def read_theta(
 
 def _differences(name: tuple[str, str], ours: Element, theirs: Element) -> list[Switch]:
     """The discrete attributes in which two paired elements differ."""
-    values = ((a, getattr(ours, a), getattr(theirs, a)) for a in DISCRETE.get(name[0], ()))
+    values = {a: (_plain(ours, a), _plain(theirs, a)) for a in DISCRETE.get(name[0], ())}
+    for parameter in CONTINUOUS[name[0]]:
+        if parameter.off:
+            old, new = (getattr(element, parameter.attribute) for element in (ours, theirs))
+            if (old == 0.0) != (new == 0.0):
+                values[parameter.attribute] = old, new
     return [
         Switch(element=name, attribute=attribute, source=old, target=new, alpha=1.0)
-        for attribute, old, new in values
+        for attribute, (old, new) in values.items()
         if old != new
     ]
+
+
+def _plain(element: Element, attribute: str) -> Any:
+    """A discrete value; of an array, its numbers, for the array goes on being the element's."""
+    value = getattr(element, attribute)
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def _followers(
