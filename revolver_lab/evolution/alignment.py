@@ -9,6 +9,8 @@ from revolver_lab.errors import ParameterError
 from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
 from revolver_lab.evolution.inertias import state_inertia, stop_inferring
 from revolver_lab.evolution.laws import align_activations, align_laws, align_muscles
+from revolver_lab.evolution.parameters import DISCRETE
+from revolver_lab.evolution.terrains import align_terrains
 
 
 def align(
@@ -17,13 +19,14 @@ def align(
     """Bring two canonical robots to the same form wherever they were written differently.
 
     Ends become pose and size where only one robot gives ends; masses become explicit where one
-    robot states an inertia, or a mass, that the other infers; so do springs and muscles. A motor
-    beside a servo is a servo of no stiffness.
+    robot states an inertia, or a mass, that the other infers; so do springs, muscles and terrains.
+    A motor beside a servo is a servo of no stiffness.
 
     Args:
         source: A canonical robot, changed in place.
         target: The other one, changed in place.
-        pairs: For each kind of element, (name in source, name in target); "wrap" is added.
+        pairs: For each kind of element, (name in source, name in target); "wrap" and "hfield" are
+            added.
         switching: Whether what differs may switch somewhere along the path.
     """
     motors = list(_paired(source, target, pairs, "actuator"))
@@ -32,6 +35,7 @@ def align(
     if models[1].narena > models[0].narena:  # one memory for the whole path
         source.memory = int(models[1].narena)
     pairs["wrap"] = _paired_wraps(source, target, pairs)
+    pairs["hfield"] = align_terrains(source, target, pairs, models)
     for kind in ("geom", "site"):
         for a, b in _paired(source, target, pairs, kind):
             if has_fromto(a) != has_fromto(b):
@@ -48,6 +52,11 @@ def align(
         align_laws(a, b)
     for a, b in _paired(source, target, pairs, "key"):
         _align_keys(a, b, models)
+    seen = _seen_by_sensors(source), _seen_by_sensors(target)
+    for a, b in _paired(source, target, pairs, "camera"):
+        if a.name not in seen[0] and b.name not in seen[1]:  # it is only looked through
+            for attribute in DISCRETE["camera"]:
+                setattr(b, attribute, getattr(a, attribute))
     for a, b in _paired(source, target, pairs, "body"):
         if _simple_in_places(a, b, models):
             a.simple = b.simple = 0
@@ -114,6 +123,13 @@ def _align_keys(a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.MjM
         if bool(len(getattr(a, field))) != bool(len(getattr(b, field))):
             for key, model in zip((a, b), models):
                 setattr(key, field, getattr(model, f"key_{field}")[key.id].tolist())
+
+
+def _seen_by_sensors(spec: mujoco.MjSpec) -> set[str]:
+    """Names of the cameras whose pictures a sensor measures."""
+    named = [(each.objtype, each.objname) for each in spec.sensors]
+    named += [(each.reftype, each.refname) for each in spec.sensors]
+    return {name for kind, name in named if kind == mujoco.mjtObj.mjOBJ_CAMERA}
 
 
 def _simple_in_places(

@@ -19,6 +19,7 @@ LISTS = {
     "geom": "geoms",
     "site": "sites",
     "mesh": "meshes",
+    "hfield": "hfields",
     "actuator": "actuators",
     "tendon": "tendons",
     "equality": "equalities",
@@ -46,7 +47,7 @@ def canonical(spec: mujoco.MjSpec) -> mujoco.MjSpec:
     """A copy of the robot that compiles to the same model and is written in the one form.
 
     Angles become radians, every orientation a quaternion, nested frames are folded into what
-    they hold, and "auto" limits are spelled out.
+    they hold, "auto" limits are spelled out, and primitives fitted to a mesh are plain ones.
 
     Args:
         spec: A robot that compiles; it is left as it was.
@@ -69,6 +70,7 @@ def canonical(spec: mujoco.MjSpec) -> mujoco.MjSpec:
         frame.alt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
     spec.compiler.degree = False
     _spell_out_limits(spec, model)
+    _spell_out_fits(spec, model)
     return spec
 
 
@@ -163,6 +165,16 @@ def _spell_out_limits(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     for i, tendon in enumerate(spec.tendons):
         tendon.limited = int(model.tendon_limited[i])
         tendon.actfrclimited = int(model.tendon_actfrclimited[i])
+
+
+def _spell_out_fits(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+    """Write down the primitives that the compiler fits to meshes, each robot's in its own way."""
+    for geom in spec.geoms:
+        if geom.meshname and geom.type != mujoco.mjtGeom.mjGEOM_MESH:
+            for attribute in ("pos", "quat", "size"):
+                value = getattr(model, f"geom_{attribute}")[geom.id]
+                setattr(geom, attribute, np.array(value))
+            geom.meshname = ""
 
 
 def has_fromto(element: Element) -> bool:

@@ -148,9 +148,7 @@ class Evolution:
             physics: What `evolve(...)` returned earlier.
             alpha: Evolution parameter in [0, 1].
         """
-        moved = self.write_model(physics.model.ptr, alpha)
-        if "mesh_vert" in moved:
-            live.upload_meshes(physics)
+        live.upload(physics, self.write_model(physics.model.ptr, alpha))
         mujoco.mj_forward(physics.model.ptr, physics.data.ptr)
 
     def write_model(self, model: mujoco.MjModel, alpha: float) -> set[str]:

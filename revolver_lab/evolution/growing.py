@@ -13,7 +13,7 @@ from revolver_lab.evolution.naming import free_name
 from revolver_lab.evolution.ties import pulls
 
 Twins = dict[str, dict[str, str]]
-_MESH, _BALL = mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtJoint.mjJNT_BALL
+_BALL = mujoco.mjtJoint.mjJNT_BALL
 
 
 class Grower:
@@ -33,6 +33,7 @@ class Grower:
         self.twins = {kind: dict(names) for kind, names in twins.items()}
         self._matched = set(self.twins["body"]) | {"world"}
         self.twins["body"]["world"] = "world"
+        self.twins["camera"] = {camera.name: camera.name for camera in host.cameras}
         self._model = donor.compile()
         self._before = host.compile()
         self._geoms: list[str] = []
@@ -168,7 +169,7 @@ class Grower:
             mesh = next(m for m in self.donor.meshes if m.name == geom.meshname)
             name = self._new_name("mesh", "meshes", mesh.name)
             copy = copy_asset(self.host, self.donor, self._model, "mesh", mesh, name)
-            sides = self._model.geom(geom.name).size if geom.type == _MESH else np.ones(3)
+            sides = self._model.geom(geom.name).size
             shrinking.shrink_mesh(copy, self._model, mesh.name, float(8.0 * np.prod(sides)))
         name = self._new_name("geom", "geoms", geom.name)
         copy = copying.add_to_body(here, "geom", geom, name, self._rename)

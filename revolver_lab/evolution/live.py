@@ -17,7 +17,7 @@ _CONSTANT = {"names", "names_map", "paths", "tex_data", "text_data"}
 # Scalars and small arrays that live in the model's structs instead of among its arrays.
 _STRUCTS = {
     "opt": ("timestep", "gravity", "wind", "magnetic", "density", "viscosity", "impratio",
-            "o_margin", "o_solref", "o_solimp", "o_friction"),
+            "o_margin", "o_solref", "o_solimp", "o_friction", "sleep_tolerance"),
     "stat": ("center", "extent", "meaninertia", "meanmass", "meansize"),
 }  # fmt: skip
 
@@ -177,15 +177,20 @@ def write(model: mujoco.MjModel, fields: Arrays) -> None:
             setattr(getattr(model, struct), attribute, array.item())
 
 
-def upload_meshes(physics: "Physics") -> None:
-    """Send moved vertices to the GPU, if this Physics has ever drawn anything.
+def upload(physics: "Physics", moved: Collection[str]) -> None:
+    """Send moved vertices and terrains to the GPU, if this Physics has ever drawn anything.
 
     Args:
         physics: A dm_control Physics whose model has been written.
+        moved: Names of the fields that were written.
     """
+    model = physics.model
+    sent = [(mujoco.mjr_uploadMesh, mesh) for mesh in range(model.nmesh) if "mesh_vert" in moved]
+    if not {"hfield_data", "hfield_size"}.isdisjoint(moved):
+        sent += [(mujoco.mjr_uploadHField, terrain) for terrain in range(model.nhfield)]
     contexts = physics._contexts  # None until the first frame; the property would create them
-    if contexts is None:
+    if contexts is None or not sent:
         return
     with contexts.gl.make_current() as current:
-        for mesh in range(physics.model.nmesh):
-            current.call(mujoco.mjr_uploadMesh, physics.model.ptr, contexts.mujoco.ptr, mesh)
+        for send, which in sent:
+            current.call(send, model.ptr, contexts.mujoco.ptr, which)

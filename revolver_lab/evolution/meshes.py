@@ -13,7 +13,7 @@ _TOLERANCE = 1e-5
 def align_meshes(
     source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs
 ) -> list[tuple[str, str]]:
-    """Pair the meshes of paired geoms, and give both the same form.
+    """Pair the meshes of paired geoms and sites, and give both the same form.
 
     Where both are the same mesh only its scale moves; where they share their faces both are
     written as vertices, which then move along the path ("continuous mesh deformation",
@@ -22,7 +22,7 @@ def align_meshes(
     Args:
         source: A canonical robot, changed in place.
         target: The other one, changed in place.
-        pairs: Paired geoms, under "geom".
+        pairs: Paired geoms, under "geom", and sites, under "site".
 
     Returns:
         (mesh name in source, mesh name in target).
@@ -41,23 +41,24 @@ def align_meshes(
 
 
 def _paired_meshes(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> dict[str, str]:
-    """Source mesh -> target mesh, by the geoms that use them."""
-    ours, theirs = elements(source, "geom"), elements(target, "geom")
+    """Source mesh -> target mesh, by the geoms and sites that use them."""
     paired: dict[str, str] = {}
-    for a, b in pairs.get("geom", []):
-        mesh, other = ours[a].meshname, theirs[b].meshname
-        if bool(mesh) != bool(other):
-            raise ParameterError(
-                f"geom {a!r}, a mesh in one robot only",
-                "a mesh on both sides, or none",
-                "Give both geoms a mesh with the same faces, or both a primitive.",
-            )
-        if mesh and paired.setdefault(mesh, other) != other:
-            raise ParameterError(
-                f"mesh {mesh!r}, which would become {paired[mesh]!r} and {other!r}",
-                "one target mesh for every source mesh",
-                "Load the source's mesh twice, under two names.",
-            )
+    for kind in ("geom", "site"):
+        ours, theirs = elements(source, kind), elements(target, kind)
+        for a, b in pairs.get(kind, []):
+            mesh, other = ours[a].meshname, theirs[b].meshname
+            if bool(mesh) != bool(other):
+                raise ParameterError(
+                    f"{kind} {a!r}, a mesh in one robot only",
+                    "a mesh on both sides, or none",
+                    "Give both a mesh with the same faces, or both a primitive.",
+                )
+            if mesh and paired.setdefault(mesh, other) != other:
+                raise ParameterError(
+                    f"mesh {mesh!r}, which would become {paired[mesh]!r} and {other!r}",
+                    "one target mesh for every source mesh",
+                    "Load the source's mesh twice, under two names.",
+                )
     return paired
 
 
@@ -72,6 +73,8 @@ def _align(ours: Element, theirs: Element, models: tuple[mujoco.MjModel, mujoco.
             "meshes that share their topology",
             "Deform one mesh into the other, keeping its faces.",
         )
+    if np.array_equal(_corners(models[0], ours.name), _corners(models[1], theirs.name)):
+        theirs.maxhullvert = ours.maxhullvert  # neither hull is the less for it
     unscaled = a / np.array(ours.scale), b / np.array(theirs.scale)
     if np.allclose(*unscaled, atol=_TOLERANCE * np.abs(unscaled[0]).max(), rtol=0.0):
         return
@@ -103,6 +106,13 @@ def _hull(model: mujoco.MjModel, name: str) -> tuple[int, int]:
     """Corners and faces of a mesh's convex hull; none where nothing collides with it."""
     at = model.mesh(name).graphadr[0]
     return (0, 0) if at < 0 else tuple(model.mesh_graph[at : at + 2].tolist())
+
+
+def _corners(model: mujoco.MjModel, name: str) -> np.ndarray:
+    """Which vertices of a mesh are corners of its convex hull."""
+    count = _hull(model, name)[0]
+    first = model.mesh(name).graphadr[0] + 2 + count  # after the counts, and an address for each
+    return np.sort(model.mesh_graph[first : first + count])
 
 
 def _write_out(mesh: Element, points: np.ndarray, faces: np.ndarray) -> None:

@@ -173,7 +173,7 @@ def _pairs(
         if kind in ("camera", "light", "key"):
             there = {element.name for element in getattr(target, plural)}
             pairs[kind] = [(name, name) for name in names if name in there]
-        elif kind != "mesh":
+        elif kind not in ("mesh", "hfield"):
             pairs[kind] = [(n, twins[kind][n]) for n in names if n in twins[kind]]
     pairs["mesh"] = _paired_meshes(source, target, pairs["geom"])
     return pairs

@@ -90,6 +90,7 @@ CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
         Parameter("rgba"),
     ),
     "mesh": (Parameter("scale"), Parameter("uservert", "m")),
+    "hfield": (Parameter("size", "m", rare=True), Parameter("userdata", rare=True)),
     "actuator": (
         Parameter("gear"),
         Parameter("gainprm"),
@@ -153,6 +154,7 @@ CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
         Parameter("density", "kg/m^3"),
         Parameter("viscosity", "Pa s"),
         Parameter("impratio"),
+        Parameter("sleep_tolerance", "m/s", rare=True),
         Parameter("o_margin", "m", rare=True),
         Parameter("o_solref", rare=True),
         Parameter("o_solimp", rare=True),
@@ -163,7 +165,7 @@ CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
 # What has no in-between. A difference is refused, or switched at an alpha that the user names.
 # Group and material are not here: they only choose how a robot is drawn, and stay the source's.
 DISCRETE: dict[str, tuple[str, ...]] = {
-    "body": ("mocap",),
+    "body": ("mocap", "sleep"),
     "joint": ("type", "limited", "actfrclimited", "actgravcomp", "align"),
     "geom": (
         "type",
@@ -175,7 +177,7 @@ DISCRETE: dict[str, tuple[str, ...]] = {
         "typeinertia",
     ),
     "site": ("type",),
-    "mesh": ("inertia",),
+    "mesh": ("inertia", "maxhullvert"),
     "actuator": (
         "trntype",
         "dyntype",
@@ -195,6 +197,15 @@ DISCRETE: dict[str, tuple[str, ...]] = {
     "equality": ("type", "active"),
     "pair": ("condim",),
     "sensor": ("intprm", "dim", "datatype", "needstage", "nsample", "interp"),
+    "camera": (
+        "resolution",
+        "sensor_size",
+        "focal_length",
+        "focal_pixel",
+        "principal_length",
+        "principal_pixel",
+        "proj",
+    ),
     "option": (
         "integrator",
         "cone",

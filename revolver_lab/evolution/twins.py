@@ -28,6 +28,8 @@ def match_elements(
         Pairs of names for each kind, by the plural that Matching uses.
     """
     twins: dict[str, _Twins] = {"body": {**bodies, "world": "world"}, "joint": joints}
+    cameras = {camera.name for camera in target.cameras}  # which correspond by their names
+    twins["camera"] = {each.name: each.name for each in source.cameras if each.name in cameras}
     found: dict[str, Names] = {}
 
     def add(plural: str, kind: str, *keys: tuple[Key, Key]) -> None:
@@ -91,7 +93,7 @@ def _geom_key(shapes: dict[str, Hashable], twins: dict[str, _Twins] | None, fine
 
     def key(geom: mujoco.MjsGeom) -> Hashable:
         body = _twin(twins, "body", geom.parent.name)
-        shape = shapes.get(geom.meshname) if geom.meshname else geom.hfieldname
+        shape = shapes.get(geom.meshname) if geom.type == _MESH else geom.hfieldname
         touches = bool(geom.contype or geom.conaffinity)
         touches = touches and finer and geom.parent.name != "world"
         return None if body is None else (body, geom.type, shape, touches)
