@@ -4,6 +4,7 @@ import matplotlib.image
 import mujoco
 import numpy as np
 import pytest
+from test_reading import TETRAHEDRON
 
 import revolver_lab as rvl
 from revolver_lab.errors import MatchingError
@@ -66,6 +67,21 @@ def test_meshes_of_equal_file_names_stay_each_robots_own(tmp_path, way, back):
         np.testing.assert_allclose(found, masses, rtol=1e-5, atol=1e-3)
 
 
+@pytest.mark.parametrize("file", ["link.obj", "LINK.obj"])
+def test_what_is_remembered_of_another_robots_file_is_not_taken(file):
+    ends = [
+        mujoco.MjSpec.from_string(
+            LINK.format("", "").replace("link.stl", file),
+            assets={"link.obj": TETRAHEDRON.replace("v 1 ", f"v {edge} ").encode()},
+        )
+        for edge in (1, 3)
+    ]
+    evolve = rvl.Evolution(*ends)
+    masses = [float(evolve.model(alpha).body("b").mass[0]) for alpha in (0.0, 0.5, 1.0)]
+    np.testing.assert_allclose(masses, [1000 / 6, 2000 / 6, 3000 / 6], rtol=1e-5)
+    assert list(ends[0].assets) == ["link.obj"]
+
+
 SIX = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 4), (2, 3, 4), (3, 1, 4))
 
 
@@ -78,8 +94,9 @@ def test_meshes_of_equal_file_names_and_other_faces_are_no_obstacle(back):
         np.testing.assert_allclose(evolve.model(alpha).body("b").mass, alone.body("b").mass)
 
 
+@pytest.mark.parametrize("memory", [False, True])
 @pytest.mark.parametrize("back", [False, True])
-def test_a_texture_of_six_files_comes_along(tmp_path, back):
+def test_a_texture_of_six_files_comes_along(tmp_path, back, memory):
     sides = ("right", "left", "up", "down", "front", "back")
     for i, side in enumerate(sides):
         picture = np.full((4, 4, 3), 40 * i, np.uint8)
@@ -91,9 +108,13 @@ def test_a_texture_of_six_files_comes_along(tmp_path, back):
     robot = "<mujoco><asset>{}</asset><worldbody><body name='b'><joint name='j'/>{}</body>"
     robot += "</worldbody></mujoco>"
     ends = [robot.format("", "<geom size='.1'/>"), tmp_path / "b.xml"]
-    ends[1].write_text(robot.format(assets, "<geom size='.1'/>" + ball))
-    model = rvl.Evolution(*(ends[::-1] if back else ends)).model(0)
+    text = robot.format(assets, "<geom size='.1'/>" + ball)
+    ends[1].write_text(text)
     alone = mujoco.MjModel.from_xml_path(str(ends[1]))
+    if memory:
+        pictures = {f"{side}.png": (tmp_path / f"{side}.png").read_bytes() for side in sides}
+        ends[1] = mujoco.MjSpec.from_string(text, assets=pictures)
+    model = rvl.Evolution(*(ends[::-1] if back else ends)).model(0)
     np.testing.assert_array_equal(model.tex_data, alone.tex_data)
     assert model.tex("t").type == alone.tex("t").type
 

@@ -1,6 +1,7 @@
 """Copies meshes, textures, ... from one robot into another, with what their files hold."""
 
-import itertools
+import hashlib
+from collections.abc import Collection
 from pathlib import Path
 
 import mujoco
@@ -33,14 +34,12 @@ def copy_asset(
     copy_attributes(donor, copy)
     if kind == "texture" and any(donor.cubefiles):  # type: ignore[attr-defined]
         _copy_pixels(copy, model, donor.name)  # type: ignore[attr-defined]
-    elif getattr(donor, "file", ""):
-        path = _path(model, kind, donor.name)  # type: ignore[attr-defined]
-        whole, held = str(Path(path).resolve()), _held(giver, path)
-        if held is None and _held(host, whole) is None:
-            copy.file = whole
+    elif file := getattr(donor, "file", ""):
+        if file in giver.assets:
+            host.assets[file] = giver.assets[file]
         else:
-            content = Path(whole).read_bytes() if held is None else held
-            copy.file = _bring(host, Path(path), content)
+            path = _path(model, kind, donor.name)  # type: ignore[attr-defined]
+            copy.file = str(Path(path).resolve())
     return copy
 
 
@@ -62,23 +61,46 @@ def _path(model: mujoco.MjModel, kind: str, name: str) -> str:
     return model.paths[at:].split(b"\0", 1)[0].decode()
 
 
-def _held(spec: mujoco.MjSpec, path: str) -> bytes | None:
-    """What MuJoCo takes for a file before it looks on the disk: an asset of the file's name."""
+def name_by_content(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+    """Name a robot's files in memory by what is in them, and forget those that it does not use.
+
+    MuJoCo takes a file in memory for any of that name, also on the disk, and what it remembers of
+    another robot's for it.
+
+    Args:
+        spec: A robot in which everything has a name, changed in place.
+        model: What it compiles to.
+    """
+    if not spec.assets:
+        return
+    kept: dict[str, bytes] = {}
+
+    def named(path: str) -> str | None:
+        """The new name of the file in memory that MuJoCo takes for a path, if there is one."""
+        key = _taken(spec.assets, path)
+        if key is None:
+            return None
+        content, file = spec.assets[key], Path(key)
+        name = f"{file.stem}-{hashlib.sha256(content).hexdigest()[:16]}{file.suffix}"
+        kept[name] = content
+        return name
+
+    for kind, group in (
+        ("mesh", spec.meshes),
+        ("texture", spec.textures),
+        ("hfield", spec.hfields),
+    ):
+        for asset in group:
+            if asset.file:
+                asset.file = named(_path(model, kind, asset.name)) or asset.file
+    for texture in spec.textures:
+        texture.cubefiles = [(file and named(file)) or file for file in texture.cubefiles]
+    spec.assets.clear()
+    spec.assets.update(kept)
+
+
+def _taken(assets: Collection[str], path: str) -> str | None:
+    """Which of the files in memory MuJoCo takes for a path: one of its name, wherever it is."""
     path = path.lower()
-    keys = [key for key in spec.assets if Path(key.lower()).name == Path(path).name]
-    best = max(keys, key=lambda key: (path.endswith(key.lower()), len(key)), default=None)
-    return None if best is None else spec.assets[best]
-
-
-def _bring(host: mujoco.MjSpec, file: Path, content: bytes) -> str:
-    """Give a robot a file in memory, under a name by which it calls no other file."""
-    assets = (*host.meshes, *host.textures, *host.hfields)
-    named = {Path(asset.file.lower()).name for asset in assets}
-    names = (f"{file.stem}{i if i > 1 else ''}{file.suffix}" for i in itertools.count(1))
-    here = next(
-        name
-        for name in names
-        if _held(host, name) == content or (_held(host, name) is None and name.lower() not in named)
-    )
-    host.assets[here] = content
-    return here
+    keys = [key for key in assets if Path(key.lower()).name == Path(path).name]
+    return max(keys, key=lambda key: (path.endswith(key.lower()), len(key)), default=None)
