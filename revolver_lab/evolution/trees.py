@@ -144,7 +144,7 @@ class Matcher:
             ok = ok and pins[1].get(theirs[j], ours[i]) == ours[i]
             if a.type != b.type or not ok:
                 return IMPOSSIBLE
-            if pins[0].get(ours[i]) is None and crossing(a, b, *links):
+            if not pins[0].keys() & set(ours) and crossing(a, b, *links):
                 return IMPOSSIBLE
             tie = self._weights.likeness * joint_unlikeness(a.axis, b.axis)
             tie += self._weights.order * abs(i - j) + self._weights.name * (a.name != b.name)
