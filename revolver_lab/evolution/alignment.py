@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from revolver_lab.errors import ParameterError
+from revolver_lab.evolution.automatic import FOUND, refuse_other_states, spell_out
 from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
 from revolver_lab.evolution.inertias import state_inertia, stop_inferring
 from revolver_lab.evolution.laws import align_activations, align_laws, align_muscles
@@ -17,8 +18,8 @@ def align(
     """Bring two canonical robots to the same form wherever they were written differently.
 
     Ends become pose and size where only one robot gives ends; masses become explicit where one
-    robot states an inertia, or a mass, that the other infers; so do springs and muscles. A motor
-    beside a servo is a servo of no stiffness.
+    robot states an inertia, or a mass, that the other infers; so does all else that MuJoCo finds by
+    itself. A motor beside a servo is a servo of no stiffness.
 
     Args:
         source: A canonical robot, changed in place.
@@ -39,11 +40,11 @@ def align(
                 _ends_to_pose(b, models[1], kind)
             elif has_fromto(a):
                 _point_alike(a, b)
-    for a, b in _paired(source, target, pairs, "joint"):
-        if np.any(a.springdamper) != np.any(b.springdamper):
-            _spell_out_spring(a, models[0])
-            _spell_out_spring(b, models[1])
+    for kind in FOUND:
+        for a, b in _paired(source, target, pairs, kind):
+            spell_out(kind, a, b, models)
     for a, b in motors:
+        refuse_other_states(a, b, models)
         align_muscles(a, b, models)
         align_laws(a, b)
     for a, b in _paired(source, target, pairs, "key"):
@@ -98,14 +99,6 @@ def _point_alike(a: Element, b: Element) -> None:
     ours = np.array(a.fromto).reshape(2, 3)
     if (end - start) @ (ours[1] - ours[0]) < 0.0:
         b.fromto = np.concatenate([end, start])
-
-
-def _spell_out_spring(joint: Element, model: mujoco.MjModel) -> None:
-    """Replace springdamper by the stiffness and damping that the compiler made of it."""
-    dof = model.jnt_dofadr[joint.id]
-    joint.stiffness[0] = model.jnt_stiffness[joint.id]
-    joint.damping[0] = model.dof_damping[dof]
-    joint.springdamper = np.zeros(2)
 
 
 def _align_keys(a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.MjModel]) -> None:

@@ -153,12 +153,11 @@ def _fold_joint(joint: Element, model: mujoco.MjModel) -> None:
 
 def _spell_out_limits(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     """Replace "auto" limits of actuators and tendons by what the compiler made of them."""
-    flags = ("ctrllimited", "forcelimited", "actlimited")
     for i, actuator in enumerate(spec.actuators):
-        for flag in flags:
-            values = getattr(model, f"actuator_{flag}")
-            if len(values) == len(spec.actuators):
-                setattr(actuator, flag, int(values[i]))
+        actuator.forcelimited = int(model.actuator_forcelimited[i])
+        actuator.actlimited = int(model.actuator_actlimited[i])
+        if model.actuator_ctrlnum[i]:  # of several controls it tells of the first
+            actuator.ctrllimited = int(model.actuator_ctrllimited[model.actuator_ctrladr[i]])
     for i, tendon in enumerate(spec.tendons):
         tendon.limited = int(model.tendon_limited[i])
         tendon.actfrclimited = int(model.tendon_actfrclimited[i])

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from revolver_lab.errors import ParameterError
+from revolver_lab.evolution.automatic import left_off
 from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
 from revolver_lab.evolution.parameters import CONTINUOUS, DISCRETE, LINEAR, Parameter
 from revolver_lab.evolution.ramps import Ramps, RampSpec
@@ -49,7 +50,8 @@ def read_theta(
             if (kind, a) == ("body", "world"):
                 continue
             found = _differences((kind, a), ours[a], theirs[b])
-            switching = {_MEANT_BY.get(difference.attribute) for difference in found}
+            switching = {difference.attribute for difference in found}
+            switching |= {_MEANT_BY.get(attribute) for attribute in switching}
             for parameter in parameters:
                 if parameter.attribute not in switching:
                     blocks.extend(_block((kind, a), ours[a], theirs[b], parameter))
@@ -61,11 +63,14 @@ def read_theta(
 
 def _differences(name: tuple[str, str], ours: Element, theirs: Element) -> list[Switch]:
     """The discrete attributes in which two paired elements differ."""
-    values = ((a, getattr(ours, a), getattr(theirs, a)) for a in DISCRETE.get(name[0], ()))
+    values = [(a, getattr(ours, a), getattr(theirs, a)) for a in DISCRETE.get(name[0], ())]
+    values = [(attribute, old, new) for attribute, old, new in values if old != new]
+    if name[0] == "actuator" and not _MEANT_BY.keys() & {attribute for attribute, _, _ in values}:
+        lopsided = sorted(left_off(ours) ^ left_off(theirs))
+        values += [(a, _flat(ours, a).tolist(), _flat(theirs, a).tolist()) for a in lopsided]
     return [
         Switch(element=name, attribute=attribute, source=old, target=new, alpha=1.0)
         for attribute, old, new in values
-        if old != new
     ]
 
 
