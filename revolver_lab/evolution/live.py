@@ -177,12 +177,24 @@ def write(model: mujoco.MjModel, fields: Arrays) -> None:
             setattr(getattr(model, struct), attribute, array.item())
 
 
-def upload_meshes(physics: "Physics") -> None:
-    """Send moved vertices to the GPU, if this Physics has ever drawn anything.
+def move(physics: "Physics", write: Callable[[mujoco.MjModel], Collection[str]]) -> None:
+    """Change the robot of a Physics in place; its state and its GL context survive.
 
     Args:
-        physics: A dm_control Physics whose model has been written.
+        physics: Made from a model of the same layout.
+        write: Writes the model, and says which fields it wrote.
     """
+    model, data = physics.model.ptr, physics.data.ptr
+    before = model.eq_active0.copy()
+    if "mesh_vert" in write(model):
+        _upload_meshes(physics)
+    # What holds is part of the state: where the robot holds otherwise now, the state follows.
+    data.eq_active[:] = np.where(before == model.eq_active0, data.eq_active, model.eq_active0)
+    mujoco.mj_forward(model, data)
+
+
+def _upload_meshes(physics: "Physics") -> None:
+    """Send moved vertices to the GPU, if this Physics has ever drawn anything."""
     contexts = physics._contexts  # None until the first frame; the property would create them
     if contexts is None:
         return

@@ -23,6 +23,7 @@ def read_theta(
     source: mujoco.MjSpec,
     target: mujoco.MjSpec,
     pairs: Pairs,
+    switches: tuple[Switch, ...],
     *,
     f: RampSpec,
     switch: float | Mapping[str, float] | None,
@@ -34,6 +35,7 @@ def read_theta(
         source: The source robot, canonical.
         target: The target robot, canonical.
         pairs: For each kind of element, (name in source, name in target).
+        switches: What switches without being asked.
         f: The interpolation function, or patterns over the names of theta.
         switch: alpha at which discrete differences switch: one for all, or by name.
         held: Joints that one robot holds still, see `padding.Padded`.
@@ -56,8 +58,8 @@ def read_theta(
                 if parameter.attribute not in switching:
                     blocks.extend(_block((kind, a), ours[a], theirs[b], parameter))
             differences += found
-    switches = _switched(differences, switch)
-    switches += _followers(switches, source, target, pairs)
+    asked = _switched(differences, switch)
+    switches += asked + _followers(asked, source, target, pairs)
     return Theta(tuple(blocks), switches, Ramps(f), held)
 
 
