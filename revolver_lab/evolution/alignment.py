@@ -11,15 +11,22 @@ from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromt
 from revolver_lab.evolution.inertias import state_inertia, stop_inferring
 from revolver_lab.evolution.laws import align_activations, align_laws, align_muscles
 
+_ROUND = (
+    mujoco.mjtGeom.mjGEOM_CAPSULE,
+    mujoco.mjtGeom.mjGEOM_CYLINDER,
+    mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+)
+
 
 def align(
     source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs, *, switching: bool = False
 ) -> None:
     """Bring two canonical robots to the same form wherever they were written differently.
 
-    Ends become pose and size where only one robot gives ends; masses become explicit where one
-    robot states an inertia, or a mass, that the other infers; so does all else that MuJoCo finds by
-    itself. A motor beside a servo is a servo of no stiffness.
+    Ends become pose and size where only one robot gives ends, or something depends on the frame
+    that MuJoCo makes of them; masses become explicit where one robot states an inertia, or a mass,
+    that the other infers; so does all else that MuJoCo finds by itself. A motor beside a servo is a
+    servo of no stiffness.
 
     Args:
         source: A canonical robot, changed in place.
@@ -33,13 +40,17 @@ def align(
     if models[1].narena > models[0].narena:  # one memory for the whole path
         source.memory = int(models[1].narena)
     pairs["wrap"] = _paired_wraps(source, target, pairs)
+    felt = _sensed(source), _sensed(target)
     for kind in ("geom", "site"):
         for a, b in _paired(source, target, pairs, kind):
-            if has_fromto(a) != has_fromto(b):
+            if np.array_equal(a.fromto, b.fromto, equal_nan=True):
+                continue
+            plain = all(_is_all_ends(each, names) for each, names in zip((a, b), felt))
+            if not plain:
                 _ends_to_pose(a, models[0], kind)
                 _ends_to_pose(b, models[1], kind)
-            elif has_fromto(a):
-                _point_alike(a, b)
+            elif _are_opposed(a, b):  # halfway between their ends it would have no length
+                b.fromto = np.roll(b.fromto, 3)
     for kind in FOUND:
         for a, b in _paired(source, target, pairs, kind):
             spell_out(kind, a, b, models)
@@ -90,15 +101,30 @@ def _ends_to_pose(element: Element, model: mujoco.MjModel, kind: str) -> None:
     element.fromto = np.array([np.nan, 0, 0, 0, 0, 0])
 
 
-def _point_alike(a: Element, b: Element) -> None:
-    """Swap the target's ends where it points the other way: halfway it would have no length.
+def _are_opposed(a: Element, b: Element) -> bool:
+    """Whether the ends of one are given in the other order."""
+    (start, end), (begin, stop) = (np.array(each.fromto).reshape(2, 3) for each in (a, b))
+    return bool((stop - begin) @ (end - start) < 0.0)
 
-    All shapes that MuJoCo builds between two ends are the same with their ends swapped.
+
+def _sensed(spec: mujoco.MjSpec) -> set[str]:
+    """Names of the geoms that a sensor refers to, and may tell the frame of."""
+    objects = ((s.objtype, s.objname, s.reftype, s.refname) for s in spec.sensors)
+    named = {pair for one, name, other, ref in objects for pair in ((one, name), (other, ref))}
+    return {name for kind, name in named if kind == mujoco.mjtObj.mjOBJ_GEOM}
+
+
+def _is_all_ends(element: Element, sensed: set[str]) -> bool:
+    """Whether nothing depends on more of an element than where its two ends are.
+
+    MuJoCo turns z to the line between them, the shortest way: with the ends swapped, or for one
+    that points down at first and then nearly so, that is another frame about the same line. Sites
+    push and measure in it, boxes have corners, surfaces move along it.
     """
-    start, end = np.array(b.fromto).reshape(2, 3)
-    ours = np.array(a.fromto).reshape(2, 3)
-    if (end - start) @ (ours[1] - ours[0]) < 0.0:
-        b.fromto = np.concatenate([end, start])
+    if not has_fromto(element) or element.type not in _ROUND:
+        return False
+    site = isinstance(element, mujoco.MjsSite)
+    return not (site or element.name in sensed or np.any(element.surfacevel))
 
 
 def _align_keys(a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.MjModel]) -> None:
