@@ -180,6 +180,13 @@ def test_a_free_body_is_aligned_to_its_inertia_where_its_own_file_says_so(ends):
         assert_same_robot(evolve(alpha).model.ptr, mujoco.MjModel.from_xml_string(file))
 
 
+def test_a_free_body_that_is_not_aligned_stays_so_where_a_part_is_created_on_it():
+    plain = ALIGNED.format(align="false", x=0.3)
+    more = plain.replace("/></body>", "/><geom name='n' size='.1'/></body>")
+    evolve = rvl.Evolution(plain, more)
+    assert_same_robot(evolve(1).model.ptr, mujoco.MjModel.from_xml_string(more))
+
+
 def test_a_free_root_with_limbs_is_never_aligned_and_can_be_turned_round_on_one_side():
     plain = world(arm(HINGE))
     aligned = plain.replace("<freejoint name='float'/>", "<freejoint name='float' align='true'/>")

@@ -147,7 +147,7 @@ def _fold_joint(joint: Element, model: mujoco.MjModel) -> None:
     j.limited = int(limited)
     j.actfrclimited = int(model.jnt_actfrclimited[j.id])
     # MuJoCo aligns a free body to its inertia only where nothing hangs on it.
-    asked = j.compiler.alignfree if j.align == _ALIGN.mjALIGNFREE_AUTO else j.align
+    asked = j.compiler.alignfree if j.align == _ALIGN.mjALIGNFREE_AUTO else int(j.align)
     j.align = _ALIGN.mjALIGNFREE_TRUE if asked and not j.parent.bodies else _ALIGN.mjALIGNFREE_FALSE
 
 
