@@ -8,7 +8,7 @@ import numpy as np
 from revolver_lab.errors import ParameterError
 from revolver_lab.evolution.automatic import FOUND, refuse_other_states, spell_out
 from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
-from revolver_lab.evolution.inertias import state_inertia, stop_inferring
+from revolver_lab.evolution.inertias import infer_alike, state_inertia, stop_inferring
 from revolver_lab.evolution.laws import align_activations, align_laws, align_muscles
 
 _ROUND = (
@@ -151,18 +151,10 @@ def _simple_in_places(
     return simple and any(not np.array_equal(x, y) for x, y in zip(*told))
 
 
-def _infers_differently(source: mujoco.MjSpec, target: mujoco.MjSpec) -> bool:
-    """Whether the two compilers would infer different inertias from the same geoms."""
-    rules = ("inertiafromgeom", "settotalmass", "balanceinertia", "boundmass", "boundinertia")
-    a, b = source.compiler, target.compiler
-    same = all(getattr(a, rule) == getattr(b, rule) for rule in rules)
-    return not (same and np.array_equal(a.inertiagrouprange, b.inertiagrouprange))
-
-
-def _states_inertia(body: Element, spec: mujoco.MjSpec) -> bool:
+def _states_inertia(body: Element) -> bool:
     """Whether a body's inertia is written down, and not inferred from its geoms."""
     from_geoms = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
-    return bool(body.explicitinertial) and spec.compiler.inertiafromgeom != from_geoms
+    return bool(body.explicitinertial) and body.compiler.inertiafromgeom != from_geoms
 
 
 def _align_inertias(
@@ -172,21 +164,20 @@ def _align_inertias(
     models: tuple[mujoco.MjModel, mujoco.MjModel],
 ) -> None:
     """Let paired bodies state their inertia both, or infer it both in the same way."""
-    differ = _infers_differently(source, target)
+    differ = not infer_alike(source.compiler, target.compiler)
     mixed = _mixed_masses(source, target, pairs)
     for a, b in _paired(source, target, pairs, "body"):
         if a.name == "world":
             continue
-        stated = _states_inertia(a, source), _states_inertia(b, target)
-        if differ or any(stated) or a.name in mixed:
+        if differ or _states_inertia(a) or _states_inertia(b) or a.name in mixed:
             state_inertia(a, models[0])
             state_inertia(b, models[1])
     for a, b in _paired(source, target, pairs, "geom"):
         if a.parent.name in mixed:
             a.mass = b.mass = np.nan
     if differ:
-        stop_inferring(source)
-        stop_inferring(target)
+        stop_inferring(source.compiler)
+        stop_inferring(target.compiler)
 
 
 def _mixed_masses(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> set[str]:

@@ -88,7 +88,7 @@ class Grower:
             return
         for body in self.host.bodies[1:]:
             inertias.state_inertia(body, self._before)
-        inertias.stop_inferring(self.host)
+        inertias.stop_inferring(compiler)
 
     def _add_body(self, body: mujoco.MjsBody) -> None:
         """Add one body, unless it has a twin."""

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from revolver_lab.errors import ParameterError, RobotFileError
+from revolver_lab.evolution.attached import absorbed
 from revolver_lab.evolution.discarding import discard
 from revolver_lab.evolution.naming import name_everything
 from revolver_lab.evolution.screening import Screened, inside, screen
@@ -76,7 +77,7 @@ def read_robot(source: str | Path | mujoco.MjSpec, *, unnamed: str = "refuse") -
     model = _compiled(spec, where)
     _check_numbers(model, where)
     discard(spec, model)
-    return spec
+    return absorbed(spec)
 
 
 def _from_text(text: str) -> mujoco.MjSpec:
