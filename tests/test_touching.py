@@ -84,6 +84,7 @@ def test_a_pair_says_what_mujoco_would_have_found():
             f"condim='{rng.choice([1, 3, 4, 6])}' priority='{rng.integers(2)}' "
             f"solmix='{rng.choice([0, 0.5, 1, 3])}' friction='{rng.uniform(0.1, 2):.3f} .02 .003' "
             f"solref='{rng.choice(['.02 1', '.05 .7', '-900 -20'])}' "
+            f"adhesion='{rng.choice([0, 2, 5])}' "
             f"solimp='{rng.uniform(0.5, 0.9):.3f} .95 .002' "
             f"margin='{rng.uniform(0, 0.05):.3f}' gap='{rng.uniform(0, 0.02):.3f}'/></body>"
             for name, x in (("a", 0), ("b", 0.3))
@@ -97,6 +98,25 @@ def test_a_pair_says_what_mujoco_would_have_found():
         assert np.allclose(contact.solref, told["solref"])
         assert np.allclose(contact.solimp, told["solimp"])
         assert np.isclose(contact.includemargin, told["margin"])
+        assert np.isclose(contact.adhesion, told["adhesion"])
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_what_sticks_sticks_also_where_only_one_robot_excludes_the_two(back):
+    glued = """<mujoco><option gravity="0 0 0"/><worldbody>
+    <body name="a" pos="0 0 .1"><geom name="a" size=".1" adhesion="5"/></body>
+    <body name="b" pos="0 0 .29"><joint name="z" type="slide" axis="0 0 1"/>
+    <geom name="b" size=".1" adhesion="2"/></body></worldbody>{}</mujoco>"""
+    texts = [glued.format(""), glued.format("<contact><exclude body1='a' body2='b'/></contact>")]
+    evolve = rvl.Evolution(*texts[:: -1 if back else 1])
+    for alpha, text in zip((1, 0) if back else (0, 1), texts):
+        ends = []
+        for model in (mujoco.MjModel.from_xml_string(text), evolve.model(alpha)):
+            data = mujoco.MjData(model)
+            data.qvel[0] = 0.1
+            mujoco.mj_step(model, data, nstep=100)
+            ends.append(data.qpos[0])
+        assert ends[0] == pytest.approx(ends[1], abs=1e-9)
 
 
 def test_robots_that_touch_alike_get_no_pairs():

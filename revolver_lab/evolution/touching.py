@@ -143,7 +143,7 @@ def mixed(model: mujoco.MjModel, first: str, second: str) -> dict[str, object]:
     """Return what MuJoCo makes of two geoms that touch.
 
     Source: https://mujoco.readthedocs.io/en/stable/modeling.html#contact-parameters; margins and
-    gaps add up.
+    gaps add up, and so does adhesion between geoms of the same priority.
 
     Args:
         model: A robot, compiled.
@@ -156,9 +156,9 @@ def mixed(model: mujoco.MjModel, first: str, second: str) -> dict[str, object]:
     if not equal:
         weights = np.array([a.priority[0] > b.priority[0], b.priority[0] > a.priority[0]], float)
         leading = a if weights[0] else b
-        condim, friction = leading.condim[0], leading.friction
+        condim, friction, sticks = leading.condim[0], leading.friction, [leading.id]
     else:
-        condim = max(a.condim[0], b.condim[0])
+        condim, sticks = max(a.condim[0], b.condim[0]), [a.id, b.id]
         friction = np.maximum(a.friction, b.friction)
     weights = np.full(2, 0.5) if weights.sum() < mujoco.mjMINVAL else weights / weights.sum()
     solref = weights @ np.array([a.solref, b.solref])
@@ -167,7 +167,7 @@ def mixed(model: mujoco.MjModel, first: str, second: str) -> dict[str, object]:
     return {
         "condim": int(condim), "solref": solref, "solimp": weights @ [a.solimp, b.solimp],
         "friction": friction[[0, 0, 1, 2, 2]], "margin": float(a.margin[0] + b.margin[0]),
-        "gap": float(a.gap[0] + b.gap[0]),
+        "gap": float(a.gap[0] + b.gap[0]), "adhesion": float(model.geom_adhesion[sticks].sum()),
     }  # fmt: skip
 
 
