@@ -181,9 +181,14 @@ def _align_inertias(
 
 
 def _mixed_masses(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> set[str]:
-    """Names of source bodies with a geom that states its mass on one side only, or of two types."""
+    """Names of source bodies with a geom of two types, or of which one robot alone states the mass.
+
+    Or counts it: a compiler may look at the geoms of some groups only.
+    """
+    ranges = [spec.compiler.inertiagrouprange for spec in (source, target)]
     return {
         a.parent.name
         for a, b in _paired(source, target, pairs, "geom")
         if np.isnan(a.mass) != np.isnan(b.mass) or a.type != b.type
-    }
+        or len({low <= e.group <= high for e, (low, high) in zip((a, b), ranges)}) > 1
+    }  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 from revolver_lab.errors import ParameterError
 from revolver_lab.evolution.automatic import left_off
 from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
-from revolver_lab.evolution.parameters import CONTINUOUS, DISCRETE, LINEAR, Parameter
+from revolver_lab.evolution.parameters import CONTINUOUS, LINEAR, Parameter, discrete
 from revolver_lab.evolution.ramps import Ramps, RampSpec
 from revolver_lab.evolution.theta import Block, Switch, Theta
 
@@ -46,12 +46,13 @@ def read_theta(
     """
     blocks: list[Block] = []
     differences: list[Switch] = []
+    by_group = bool(source.option.disableactuator or target.option.disableactuator)
     for kind, parameters in CONTINUOUS.items():
         ours, theirs = elements(source, kind), elements(target, kind)
         for a, b in pairs.get(kind, []):
             if (kind, a) == ("body", "world"):
                 continue
-            found = _differences((kind, a), ours[a], theirs[b])
+            found = _differences((kind, a), ours[a], theirs[b], discrete(kind, by_group=by_group))
             switching = {difference.attribute for difference in found}
             switching |= {_MEANT_BY.get(attribute) for attribute in switching}
             for parameter in parameters:
@@ -63,9 +64,11 @@ def read_theta(
     return Theta(tuple(blocks), switches, Ramps(f), held)
 
 
-def _differences(name: tuple[str, str], ours: Element, theirs: Element) -> list[Switch]:
-    """The discrete attributes in which two paired elements differ."""
-    values = [(a, getattr(ours, a), getattr(theirs, a)) for a in DISCRETE.get(name[0], ())]
+def _differences(
+    name: tuple[str, str], ours: Element, theirs: Element, attributes: tuple[str, ...]
+) -> list[Switch]:
+    """The discrete attributes, and those that leave something off, in which two elements differ."""
+    values = [(a, getattr(ours, a), getattr(theirs, a)) for a in attributes]
     values = [(attribute, old, new) for attribute, old, new in values if old != new]
     if name[0] == "actuator" and not _MEANT_BY.keys() & {attribute for attribute, _, _ in values}:
         lopsided = sorted(left_off(ours) ^ left_off(theirs))
