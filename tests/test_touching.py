@@ -3,8 +3,10 @@
 import mujoco
 import numpy as np
 import pytest
+from test_uncommon_parts import robot, shaken
 
 import revolver_lab as rvl
+from revolver_lab.errors import ParameterError
 from revolver_lab.evolution.touching import mixed
 
 CHAIN = """<mujoco><option timestep="0.002"/><worldbody>
@@ -117,6 +119,34 @@ def test_what_sticks_sticks_also_where_only_one_robot_excludes_the_two(back):
             mujoco.mj_step(model, data, nstep=100)
             ends.append(data.qpos[0])
         assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+
+
+SHARED = "<option o_margin='.01'><flag override='enable'/></option>"
+BALL = "<geom name='x' size='.02' pos='.2 0 -.9' {}/>"
+
+
+@pytest.mark.parametrize(
+    ("rest", "what"),
+    [
+        ("<exclude body1='f2' body2='world'/>", "'floor' and 'f2'"),
+        ("<pair geom1='f1' geom2='base'/>", "'base' and 'f1'"),
+    ],
+)
+def test_what_touches_in_one_robot_only_is_refused_where_contacts_share_a_margin(rest, what):
+    made = [robot(head=SHARED, rest=f"<contact>{more}</contact>") for more in ("", rest)]
+    for ends in (made, made[::-1]):
+        with pytest.raises(ParameterError, match=rf"a contact of {what}.*override='enable'"):
+            rvl.Evolution(*ends)
+
+
+def test_what_would_be_created_is_refused_where_contacts_share_a_margin_unless_it_never_touches():
+    plain, more = robot(head=SHARED), robot(head=SHARED, tip=BALL.format(""))
+    for ends in ((plain, more), (more, plain)):
+        with pytest.raises(ParameterError, match=r"geom 'x', which only one.*Take the flag away"):
+            rvl.Evolution(*ends)
+    drawn = robot(head=SHARED, tip=BALL.format("contype='0' conaffinity='0'"))
+    alone = shaken(mujoco.MjModel.from_xml_string(plain))
+    np.testing.assert_allclose(shaken(rvl.Evolution(plain, drawn).model(0)), alone, atol=1e-9)
 
 
 def test_robots_that_touch_alike_get_no_pairs():

@@ -48,7 +48,7 @@ class Grower:
         self._add_rest()
         inertias.stay_massless(self.host, self._before, self._geoms)
         self._hold()
-        excuse_contacts(self.host, self._before, self._geoms)
+        excuse_contacts(self.host, self._before, self._model, self._geoms)
         return self.twins
 
     def _rename(self, kind: str, name: str) -> str | None:

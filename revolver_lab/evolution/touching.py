@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from revolver_lab.evolution.canonical import Element, Pairs
+from revolver_lab.evolution.contacts import refuse_override
 from revolver_lab.evolution.naming import free_name
 from revolver_lab.evolution.shrinking import FREELY_SIZED
 
@@ -89,6 +90,9 @@ def align_contacts(
         target: The target, as it was read.
         padded: Both with what was created; changed in place.
         pairs: For each kind of element, (name in source, name in target); "pair" is added to.
+
+    Raises:
+        ParameterError: If two may touch in one robot only, and margins mean nothing in one.
     """
     ends = [End(Touch(spec.compile()), grown, Touch(grown.compile()), _explicit(grown))
             for spec, grown in zip((source, target), padded)]  # fmt: skip
@@ -117,6 +121,9 @@ def _pair(ends: list[End], names: list[Names], wanted: list[bool | None]) -> Nam
     """Let both robots have a pair for two geoms, open or closed as each wants it."""
     told = [_told(end, two) if want else None for end, two, want in zip(ends, names, wanted)]
     deepest = max(_depth(end.grown.model, two) for end, two in zip(ends, names))
+    if None in told:
+        what = f"a contact of {names[0][0]!r} and {names[0][1]!r} that one of the robots alone has"
+        refuse_override(what, *(end.original.model for end in ends))
     made = []
     for end, two, here, there in zip(ends, names, told, reversed(told)):
         pair = end.own.get(frozenset(two))
