@@ -164,6 +164,21 @@ def test_a_subtree_sensor_of_the_whole_robot_follows_its_root():
     assert {one.name: one.objname for one in turned.sensors} == {"all": "arm", "part": "arm"}
 
 
+@pytest.mark.parametrize(
+    "objects", ["subtree1='ball'", "subtree2='ball' geom1='floor'", "subtree1='ball' body2='world'"]
+)
+def test_a_contact_sensor_of_the_whole_robot_follows_its_root(objects):
+    sensor = f"<sensor><contact name='all' {objects} num='9' data='found force'/></sensor>"
+    floor = "<geom name='floor' type='plane' size='2 2 1' pos='0 0 -.15'/>"
+    given = read_robot(world(floor + arm(HINGE), sensor))
+    feels = []
+    for model in (given.compile(), reroot(given, "arm").compile()):
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data, nstep=300)
+        feels.append(data.sensordata[0])
+    assert feels[0] == feels[1] > 1
+
+
 ALIGNED = """<mujoco><compiler alignfree='{align}'/><worldbody><body name='b' pos='0 0 1'>
 <freejoint name='f'/><geom name='g' size='.1' pos='{x} 0 0'/>
 <geom name='k' type='box' size='.1 .2 .3' pos='0 .5 {x}'/></body></worldbody></mujoco>"""

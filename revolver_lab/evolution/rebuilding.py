@@ -15,14 +15,30 @@ from revolver_lab.evolution.copying import (
 )
 from revolver_lab.evolution.keyframes import extend_keyframes, restore_keyframes, stash_keyframes
 
-SUBTREE = (
+_SUBTREE = (
     mujoco.mjtSensor.mjSENS_SUBTREECOM,
     mujoco.mjtSensor.mjSENS_SUBTREELINVEL,
     mujoco.mjtSensor.mjSENS_SUBTREEANGMOM,
 )
-"""Sensors of a body and all that hangs below it, which another tree changes."""
+_CONTACT, _TREE = mujoco.mjtSensor.mjSENS_CONTACT, mujoco.mjtObj.mjOBJ_XBODY
 _HELD = {"geom": "geoms", "site": "sites", "camera": "cameras", "light": "lights"}
 _DEPENDANTS = ("tendons", "actuators", "equalities", "pairs", "excludes", "sensors")
+
+
+def of_subtrees(sensor: mujoco.MjsSensor) -> list[str]:
+    """Which names of a sensor mean a body and all that hangs below it, which another tree changes.
+
+    Of a contact sensor a subtree is told by the type of its object.
+
+    Returns:
+        Of "objname" and "refname", those.
+    """
+    if sensor.type in _SUBTREE:
+        return ["objname"]
+    if sensor.type != _CONTACT:
+        return []
+    named = {"objname": sensor.objtype, "refname": sensor.reftype}
+    return [name for name, kind in named.items() if kind == _TREE]
 
 
 def same_name(_: str, name: str) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from revolver_lab.errors import MatchingError
 from revolver_lab.evolution.canonical import canonical
 from revolver_lab.evolution.matching import Matching, match
-from revolver_lab.evolution.rebuilding import SUBTREE, add_whole_body, rebuilt
+from revolver_lab.evolution.rebuilding import add_whole_body, of_subtrees, rebuilt
 from revolver_lab.evolution.rerooted_state import unit
 
 
@@ -62,7 +62,7 @@ def is_chained(spec: mujoco.MjSpec) -> bool:
 
     A sensor of a subtree means what hangs below its body, so a robot with one stays as it is.
     """
-    if any(sensor.type in SUBTREE for sensor in spec.sensors):
+    if any(of_subtrees(sensor) for sensor in spec.sensors):
         return False
     return any(_is_welded(body) and _is_welded(body.parent) for body in spec.bodies)
 
