@@ -235,6 +235,17 @@ def _mesh(scale: str, vertex: str = "0 0 0 1 0 0 0 1 0 0 0 1") -> str:
     return pendulum(body='<geom name="shape" type="mesh" mesh="m" pos=".1 0 0"/>', extra=asset)
 
 
+@pytest.mark.parametrize("ends", [("-1 1 1", "1 -1 1"), ("1 1 1", "-2 -1 3"), ("1 1 1", "-1 1 1")])
+def test_a_mesh_vanishes_where_its_mirror_image_appears_and_is_flat_nowhere(ends):
+    evolve = rvl.Evolution(*map(_mesh, ends))
+    for alpha, scale in enumerate(ends):
+        alone = mujoco.MjModel.from_xml_string(_mesh(scale)).body("pole")
+        for field in ("mass", "ipos", "inertia"):
+            found = getattr(evolve.model(alpha).body("pole"), field)
+            np.testing.assert_allclose(found, getattr(alone, field), rtol=1e-5, atol=1e-7)
+    assert evolve.model(0.5).body("pole").mass[0] > 0.1
+
+
 def test_a_mesh_changes_its_scale_along_the_path():
     evolve = rvl.Evolution(_mesh("1 1 1"), _mesh("1 2 3"))
     for alpha, scale in ((0, "1 1 1"), (0.5, "1 1.5 2"), (1, "1 2 3")):

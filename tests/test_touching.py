@@ -3,8 +3,10 @@
 import mujoco
 import numpy as np
 import pytest
+from test_uncommon_parts import robot, shaken
 
 import revolver_lab as rvl
+from revolver_lab.errors import ParameterError
 from revolver_lab.evolution.touching import mixed
 
 CHAIN = """<mujoco><option timestep="0.002"/><worldbody>
@@ -84,6 +86,7 @@ def test_a_pair_says_what_mujoco_would_have_found():
             f"condim='{rng.choice([1, 3, 4, 6])}' priority='{rng.integers(2)}' "
             f"solmix='{rng.choice([0, 0.5, 1, 3])}' friction='{rng.uniform(0.1, 2):.3f} .02 .003' "
             f"solref='{rng.choice(['.02 1', '.05 .7', '-900 -20'])}' "
+            f"adhesion='{rng.choice([0, 2, 5])}' "
             f"solimp='{rng.uniform(0.5, 0.9):.3f} .95 .002' "
             f"margin='{rng.uniform(0, 0.05):.3f}' gap='{rng.uniform(0, 0.02):.3f}'/></body>"
             for name, x in (("a", 0), ("b", 0.3))
@@ -97,6 +100,53 @@ def test_a_pair_says_what_mujoco_would_have_found():
         assert np.allclose(contact.solref, told["solref"])
         assert np.allclose(contact.solimp, told["solimp"])
         assert np.isclose(contact.includemargin, told["margin"])
+        assert np.isclose(contact.adhesion, told["adhesion"])
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_what_sticks_sticks_also_where_only_one_robot_excludes_the_two(back):
+    glued = """<mujoco><option gravity="0 0 0"/><worldbody>
+    <body name="a" pos="0 0 .1"><geom name="a" size=".1" adhesion="5"/></body>
+    <body name="b" pos="0 0 .29"><joint name="z" type="slide" axis="0 0 1"/>
+    <geom name="b" size=".1" adhesion="2"/></body></worldbody>{}</mujoco>"""
+    texts = [glued.format(""), glued.format("<contact><exclude body1='a' body2='b'/></contact>")]
+    evolve = rvl.Evolution(*texts[:: -1 if back else 1])
+    for alpha, text in zip((1, 0) if back else (0, 1), texts):
+        ends = []
+        for model in (mujoco.MjModel.from_xml_string(text), evolve.model(alpha)):
+            data = mujoco.MjData(model)
+            data.qvel[0] = 0.1
+            mujoco.mj_step(model, data, nstep=100)
+            ends.append(data.qpos[0])
+        assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+
+
+SHARED = "<option o_margin='.01'><flag override='enable'/></option>"
+BALL = "<geom name='x' size='.02' pos='.2 0 -.9' {}/>"
+
+
+@pytest.mark.parametrize(
+    ("rest", "what"),
+    [
+        ("<exclude body1='f2' body2='world'/>", "'floor' and 'f2'"),
+        ("<pair geom1='f1' geom2='base'/>", "'base' and 'f1'"),
+    ],
+)
+def test_what_touches_in_one_robot_only_is_refused_where_contacts_share_a_margin(rest, what):
+    made = [robot(head=SHARED, rest=f"<contact>{more}</contact>") for more in ("", rest)]
+    for ends in (made, made[::-1]):
+        with pytest.raises(ParameterError, match=rf"a contact of {what}.*override='enable'"):
+            rvl.Evolution(*ends)
+
+
+def test_what_would_be_created_is_refused_where_contacts_share_a_margin_unless_it_never_touches():
+    plain, more = robot(head=SHARED), robot(head=SHARED, tip=BALL.format(""))
+    for ends in ((plain, more), (more, plain)):
+        with pytest.raises(ParameterError, match=r"geom 'x', which only one.*Take the flag away"):
+            rvl.Evolution(*ends)
+    drawn = robot(head=SHARED, tip=BALL.format("contype='0' conaffinity='0'"))
+    alone = shaken(mujoco.MjModel.from_xml_string(plain))
+    np.testing.assert_allclose(shaken(rvl.Evolution(plain, drawn).model(0)), alone, atol=1e-9)
 
 
 def test_robots_that_touch_alike_get_no_pairs():

@@ -155,6 +155,35 @@ def test_a_quick_joint_can_be_created_in_a_robot_of_a_slow_and_explicit_clock():
         shaken(evolve.model(alpha))
 
 
+def test_a_group_that_disables_an_actuator_is_told_or_switched():
+    off = "<option actuatorgroupdisable='1'/>"
+    motors = ("<motor name='m' joint='f1' group='0'/>", "<motor name='m' joint='f1' group='1'/>")
+    texts = [robot(head=off, motors=motor) for motor in motors]
+    with pytest.raises(ParameterError, match="actuator/m/group: 0 -> 1"):
+        rvl.Evolution(*texts)
+    evolve = rvl.Evolution(*texts, switch=0.5)
+    ends = [shaken(mujoco.MjModel.from_xml_string(text)) for text in texts]
+    assert np.abs(ends[0] - ends[1]).max() > 0.01
+    for alpha, end in ((0, 0), (0.4, 0), (0.5, 1), (1, 1)):
+        np.testing.assert_allclose(shaken(evolve.model(alpha)), ends[end], atol=1e-9)
+    rvl.Evolution(*(robot(motors=motor) for motor in motors))
+
+
+@pytest.mark.parametrize("groups", [(0, 3), (3, 0)])
+def test_a_group_that_an_inertia_is_not_inferred_from_weighs_nothing_at_its_end(groups):
+    counted = "<compiler inertiagrouprange='0 1'/>"
+    texts = [robot(head=counted, tip=ball(f"group='{group}'")) for group in groups]
+    evolve = rvl.Evolution(*texts)
+    masses = [mujoco.MjModel.from_xml_string(text).body("f2").mass[0] for text in texts]
+    assert masses[0] != masses[1]
+    for alpha in (0.0, 0.5, 1.0):
+        expected = (1 - alpha) * masses[0] + alpha * masses[1]
+        assert evolve.model(alpha).body("f2").mass[0] == pytest.approx(expected)
+    for alpha, text in enumerate(texts):
+        alone = shaken(mujoco.MjModel.from_xml_string(text))
+        np.testing.assert_allclose(shaken(evolve.model(alpha)), alone, atol=1e-9)
+
+
 SHAPES = {
     "sphere": "<geom name='h' size='.1' pos='.3 0 0' {}/>",
     "mesh": "<geom name='h' type='mesh' mesh='m' pos='.2 0 -.1' {}/>",

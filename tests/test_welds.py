@@ -133,10 +133,16 @@ def test_chains_that_are_in_both_robots_stay_as_they_are():
     assert "welded" not in str(evolve.matching)
 
 
-def test_a_robot_that_senses_a_subtree_stays_as_it_is():
-    sensor = "<sensor><subtreecom name='c' body='base'/></sensor></mujoco>"
-    spec = read_robot(quadruped(base=EMPTY).replace("</mujoco>", sensor))
-    assert not is_chained(spec)
+@pytest.mark.parametrize(
+    ("sensor", "stays"),
+    [("subtreecom name='c' body='base'", True), ("contact name='c' subtree1='base'", True),
+     ("contact name='c' body1='base'", False)],
+)  # fmt: skip
+def test_a_robot_that_senses_a_subtree_stays_as_it_is(sensor, stays):
+    robot = quadruped(base=EMPTY)
+    assert is_chained(read_robot(robot))
+    sensing = robot.replace("</mujoco>", f"<sensor><{sensor}/></sensor></mujoco>")
+    assert is_chained(read_robot(sensing)) != stays
 
 
 def test_what_a_compiler_fuses_or_does_not_draw_is_neither_lost_nor_created():

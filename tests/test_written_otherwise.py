@@ -164,6 +164,21 @@ def test_a_subtree_sensor_of_the_whole_robot_follows_its_root():
     assert {one.name: one.objname for one in turned.sensors} == {"all": "arm", "part": "arm"}
 
 
+@pytest.mark.parametrize(
+    "objects", ["subtree1='ball'", "subtree2='ball' geom1='floor'", "subtree1='ball' body2='world'"]
+)
+def test_a_contact_sensor_of_the_whole_robot_follows_its_root(objects):
+    sensor = f"<sensor><contact name='all' {objects} num='9' data='found force'/></sensor>"
+    floor = "<geom name='floor' type='plane' size='2 2 1' pos='0 0 -.15'/>"
+    given = read_robot(world(floor + arm(HINGE), sensor))
+    feels = []
+    for model in (given.compile(), reroot(given, "arm").compile()):
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data, nstep=300)
+        feels.append(data.sensordata[0])
+    assert feels[0] == feels[1] > 1
+
+
 ALIGNED = """<mujoco><compiler alignfree='{align}'/><worldbody><body name='b' pos='0 0 1'>
 <freejoint name='f'/><geom name='g' size='.1' pos='{x} 0 0'/>
 <geom name='k' type='box' size='.1 .2 .3' pos='0 .5 {x}'/></body></worldbody></mujoco>"""
@@ -178,6 +193,13 @@ def test_a_free_body_is_aligned_to_its_inertia_where_its_own_file_says_so(ends):
     evolve = rvl.Evolution(*files, switch=None if ends[0] == ends[1] else 0.5)
     for alpha, file in enumerate(files):
         assert_same_robot(evolve(alpha).model.ptr, mujoco.MjModel.from_xml_string(file))
+
+
+def test_a_free_body_that_is_not_aligned_stays_so_where_a_part_is_created_on_it():
+    plain = ALIGNED.format(align="false", x=0.3)
+    more = plain.replace("/></body>", "/><geom name='n' size='.1'/></body>")
+    evolve = rvl.Evolution(plain, more)
+    assert_same_robot(evolve(1).model.ptr, mujoco.MjModel.from_xml_string(more))
 
 
 def test_a_free_root_with_limbs_is_never_aligned_and_can_be_turned_round_on_one_side():

@@ -6,11 +6,18 @@ import mujoco
 import numpy as np
 
 from revolver_lab.errors import ParameterError
+from revolver_lab.evolution.automatic import FOUND, refuse_other_states, spell_out
 from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
-from revolver_lab.evolution.inertias import state_inertia, stop_inferring
+from revolver_lab.evolution.inertias import infer_alike, state_inertia, stop_inferring
 from revolver_lab.evolution.laws import align_activations, align_laws, align_muscles
 from revolver_lab.evolution.parameters import DISCRETE
 from revolver_lab.evolution.terrains import align_terrains
+
+_ROUND = (
+    mujoco.mjtGeom.mjGEOM_CAPSULE,
+    mujoco.mjtGeom.mjGEOM_CYLINDER,
+    mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+)
 
 
 def align(
@@ -18,9 +25,10 @@ def align(
 ) -> None:
     """Bring two canonical robots to the same form wherever they were written differently.
 
-    Ends become pose and size where only one robot gives ends; masses become explicit where one
-    robot states an inertia, or a mass, that the other infers; so do springs, muscles and terrains.
-    A motor beside a servo is a servo of no stiffness.
+    Ends become pose and size where only one robot gives ends, or something depends on the frame
+    that MuJoCo makes of them; masses become explicit where one robot states an inertia, or a mass,
+    that the other infers; so do terrains, and all else that MuJoCo finds by itself. A motor beside
+    a servo is a servo of no stiffness.
 
     Args:
         source: A canonical robot, changed in place.
@@ -36,18 +44,22 @@ def align(
         source.memory = int(models[1].narena)
     pairs["wrap"] = _paired_wraps(source, target, pairs)
     pairs["hfield"] = align_terrains(source, target, pairs, models)
+    felt = _sensed(source), _sensed(target)
     for kind in ("geom", "site"):
         for a, b in _paired(source, target, pairs, kind):
-            if has_fromto(a) != has_fromto(b):
+            if np.array_equal(a.fromto, b.fromto, equal_nan=True):
+                continue
+            plain = all(_is_all_ends(each, names) for each, names in zip((a, b), felt))
+            if not plain:
                 _ends_to_pose(a, models[0], kind)
                 _ends_to_pose(b, models[1], kind)
-            elif has_fromto(a):
-                _point_alike(a, b)
-    for a, b in _paired(source, target, pairs, "joint"):
-        if np.any(a.springdamper) != np.any(b.springdamper):
-            _spell_out_spring(a, models[0])
-            _spell_out_spring(b, models[1])
+            elif _are_opposed(a, b):  # halfway between their ends it would have no length
+                b.fromto = np.roll(b.fromto, 3)
+    for kind in FOUND:
+        for a, b in _paired(source, target, pairs, kind):
+            spell_out(kind, a, b, models)
     for a, b in motors:
+        refuse_other_states(a, b, models)
         align_muscles(a, b, models)
         align_laws(a, b)
     for a, b in _paired(source, target, pairs, "key"):
@@ -98,23 +110,30 @@ def _ends_to_pose(element: Element, model: mujoco.MjModel, kind: str) -> None:
     element.fromto = np.array([np.nan, 0, 0, 0, 0, 0])
 
 
-def _point_alike(a: Element, b: Element) -> None:
-    """Swap the target's ends where it points the other way: halfway it would have no length.
+def _are_opposed(a: Element, b: Element) -> bool:
+    """Whether the ends of one are given in the other order."""
+    (start, end), (begin, stop) = (np.array(each.fromto).reshape(2, 3) for each in (a, b))
+    return bool((stop - begin) @ (end - start) < 0.0)
 
-    All shapes that MuJoCo builds between two ends are the same with their ends swapped.
+
+def _sensed(spec: mujoco.MjSpec) -> set[str]:
+    """Names of the geoms that a sensor refers to, and may tell the frame of."""
+    objects = ((s.objtype, s.objname, s.reftype, s.refname) for s in spec.sensors)
+    named = {pair for one, name, other, ref in objects for pair in ((one, name), (other, ref))}
+    return {name for kind, name in named if kind == mujoco.mjtObj.mjOBJ_GEOM}
+
+
+def _is_all_ends(element: Element, sensed: set[str]) -> bool:
+    """Whether nothing depends on more of an element than where its two ends are.
+
+    MuJoCo turns z to the line between them, the shortest way: with the ends swapped, or for one
+    that points down at first and then nearly so, that is another frame about the same line. Sites
+    push and measure in it, boxes have corners, surfaces move along it.
     """
-    start, end = np.array(b.fromto).reshape(2, 3)
-    ours = np.array(a.fromto).reshape(2, 3)
-    if (end - start) @ (ours[1] - ours[0]) < 0.0:
-        b.fromto = np.concatenate([end, start])
-
-
-def _spell_out_spring(joint: Element, model: mujoco.MjModel) -> None:
-    """Replace springdamper by the stiffness and damping that the compiler made of it."""
-    dof = model.jnt_dofadr[joint.id]
-    joint.stiffness[0] = model.jnt_stiffness[joint.id]
-    joint.damping[0] = model.dof_damping[dof]
-    joint.springdamper = np.zeros(2)
+    if not has_fromto(element) or element.type not in _ROUND:
+        return False
+    site = isinstance(element, mujoco.MjsSite)
+    return not (site or element.name in sensed or np.any(element.surfacevel))
 
 
 def _align_keys(a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.MjModel]) -> None:
@@ -148,18 +167,10 @@ def _simple_in_places(
     return simple and any(not np.array_equal(x, y) for x, y in zip(*told))
 
 
-def _infers_differently(source: mujoco.MjSpec, target: mujoco.MjSpec) -> bool:
-    """Whether the two compilers would infer different inertias from the same geoms."""
-    rules = ("inertiafromgeom", "settotalmass", "balanceinertia", "boundmass", "boundinertia")
-    a, b = source.compiler, target.compiler
-    same = all(getattr(a, rule) == getattr(b, rule) for rule in rules)
-    return not (same and np.array_equal(a.inertiagrouprange, b.inertiagrouprange))
-
-
-def _states_inertia(body: Element, spec: mujoco.MjSpec) -> bool:
+def _states_inertia(body: Element) -> bool:
     """Whether a body's inertia is written down, and not inferred from its geoms."""
     from_geoms = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
-    return bool(body.explicitinertial) and spec.compiler.inertiafromgeom != from_geoms
+    return bool(body.explicitinertial) and body.compiler.inertiafromgeom != from_geoms
 
 
 def _align_inertias(
@@ -169,27 +180,31 @@ def _align_inertias(
     models: tuple[mujoco.MjModel, mujoco.MjModel],
 ) -> None:
     """Let paired bodies state their inertia both, or infer it both in the same way."""
-    differ = _infers_differently(source, target)
+    differ = not infer_alike(source.compiler, target.compiler)
     mixed = _mixed_masses(source, target, pairs)
     for a, b in _paired(source, target, pairs, "body"):
         if a.name == "world":
             continue
-        stated = _states_inertia(a, source), _states_inertia(b, target)
-        if differ or any(stated) or a.name in mixed:
+        if differ or _states_inertia(a) or _states_inertia(b) or a.name in mixed:
             state_inertia(a, models[0])
             state_inertia(b, models[1])
     for a, b in _paired(source, target, pairs, "geom"):
         if a.parent.name in mixed:
             a.mass = b.mass = np.nan
     if differ:
-        stop_inferring(source)
-        stop_inferring(target)
+        stop_inferring(source.compiler)
+        stop_inferring(target.compiler)
 
 
 def _mixed_masses(source: mujoco.MjSpec, target: mujoco.MjSpec, pairs: Pairs) -> set[str]:
-    """Names of source bodies with a geom that states its mass on one side only, or of two types."""
+    """Names of source bodies with a geom of two types, or of which one robot alone states the mass.
+
+    Or counts it: a compiler may look at the geoms of some groups only.
+    """
+    ranges = [spec.compiler.inertiagrouprange for spec in (source, target)]
     return {
         a.parent.name
         for a, b in _paired(source, target, pairs, "geom")
         if np.isnan(a.mass) != np.isnan(b.mass) or a.type != b.type
-    }
+        or len({low <= e.group <= high for e, (low, high) in zip((a, b), ranges)}) > 1
+    }  # fmt: skip

@@ -150,7 +150,7 @@ def _fold_joint(joint: Element, model: mujoco.MjModel) -> None:
     j.limited = int(limited)
     j.actfrclimited = int(model.jnt_actfrclimited[j.id])
     # MuJoCo aligns a free body to its inertia only where nothing hangs on it.
-    asked = j.compiler.alignfree if j.align == _ALIGN.mjALIGNFREE_AUTO else j.align
+    asked = j.compiler.alignfree if j.align == _ALIGN.mjALIGNFREE_AUTO else int(j.align)
     j.align = _ALIGN.mjALIGNFREE_TRUE if asked and not j.parent.bodies else _ALIGN.mjALIGNFREE_FALSE
 
 
@@ -159,9 +159,11 @@ def _spell_out_limits(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     for i, actuator in enumerate(spec.actuators):
         for flag in ("forcelimited", "actlimited"):
             setattr(actuator, flag, int(getattr(model, f"actuator_{flag}")[i]))
-        # Where its only control is a velocity, that has a range of its own, and this says nothing.
-        limited = model.actuator_ctrllimited[model.actuator_ctrladr[i]]
-        actuator.ctrllimited = int(limited and actuator.ctrlrange[0] < actuator.ctrlrange[1])
+        if model.actuator_ctrlnum[i]:  # of several controls it tells of the first
+            # Where its only control is a velocity, that has a range of its own.
+            limited = model.actuator_ctrllimited[model.actuator_ctrladr[i]]
+            low, high = actuator.ctrlrange
+            actuator.ctrllimited = int(limited and (low < high or actuator.inheritrange > 0.0))
     for i, tendon in enumerate(spec.tendons):
         tendon.limited = int(model.tendon_limited[i])
         tendon.actfrclimited = int(model.tendon_actfrclimited[i])

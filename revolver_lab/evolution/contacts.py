@@ -2,10 +2,34 @@
 
 import mujoco
 
+from revolver_lab.errors import ParameterError
+
 _ROOM = 1.5
+_OVERRIDE = mujoco.mjtEnableBit.mjENBL_OVERRIDE
 
 
-def excuse_contacts(host: mujoco.MjSpec, before: mujoco.MjModel, created: list[str]) -> None:
+def refuse_override(what: str, *models: mujoco.MjModel) -> None:
+    """Refuse to keep something from touching where a robot gives all contacts one margin.
+
+    Args:
+        what: What has to be kept from touching.
+        models: Both robots, compiled.
+
+    Raises:
+        ParameterError: If one of them does.
+    """
+    if any(model.opt.enableflags & _OVERRIDE for model in models):
+        raise ParameterError(
+            f"{what}, in a robot with <flag override='enable'/>, whose o_margin is that of every "
+            "contact",
+            "contacts with margins of their own: what must not touch at one end has a negative one",
+            "Take the flag away, and give the geoms margin, solref, solimp and friction instead.",
+        )
+
+
+def excuse_contacts(
+    host: mujoco.MjSpec, before: mujoco.MjModel, donor: mujoco.MjModel, created: list[str]
+) -> None:
     """Give each created geom a negative margin as deep as it may be overlapped by accident.
 
     A geom that starts as a point may get inside another shape of the robot, or stick out of its
@@ -18,7 +42,11 @@ def excuse_contacts(host: mujoco.MjSpec, before: mujoco.MjModel, created: list[s
     Args:
         host: The robot with the created geoms, changed in place.
         before: The robot without them, compiled.
+        donor: The robot that they were copied from, compiled.
         created: Names of the created geoms.
+
+    Raises:
+        ParameterError: If margins mean nothing in one of the two robots.
     """
     if not created:
         return
@@ -32,12 +60,15 @@ def excuse_contacts(host: mujoco.MjSpec, before: mujoco.MjModel, created: list[s
     for name in created:
         geom = model.geom(name).id
         if model.geom_contype[geom] or model.geom_conaffinity[geom]:
+            refuse_override(f"the geom {name!r}, which only one robot has", before, donor)
             depth = max(thickest, _sticks_out(model, data, geom, robot))
             reach = float(model.geom_rbound[geom]) + 1e-3
             host.geom(name).margin = -(slack + depth + reach)
     for pair in host.pairs:
         margins = [host.geom(n).margin for n in (pair.geomname1, pair.geomname2) if n in created]
-        pair.margin = min(margins) if margins else pair.margin
+        if margins:
+            refuse_override(f"the contact pair {pair.name!r}", before, donor)
+            pair.margin = min(margins)
 
 
 def _collides(model: mujoco.MjModel, geom: int) -> bool:

@@ -83,7 +83,9 @@ class Evolution:
         pairs = dict(padded.pairs) | {"option": [("world", "world")]}
         align(self._spec, there, pairs, switching=switching)
         pairs["mesh"] = align_meshes(self._spec, there, pairs)
-        self._theta = read_theta(self._spec, there, pairs, f=f, switch=switch, held=padded.held)
+        self._theta = read_theta(
+            self._spec, there, pairs, padded.switches, f=f, switch=switch, held=padded.held
+        )
         self._found = {kind: elements(self._spec, kind) for kind in (*LISTS, "wrap", "option")}
         self._cache, self._lock = Cache(cache_bytes), threading.Lock()
         self._made: live.Base | None = None
@@ -148,8 +150,7 @@ class Evolution:
             physics: What `evolve(...)` returned earlier.
             alpha: Evolution parameter in [0, 1].
         """
-        live.upload(physics, self.write_model(physics.model.ptr, alpha))
-        mujoco.mj_forward(physics.model.ptr, physics.data.ptr)
+        live.move(physics, lambda model: self.write_model(model, alpha))
 
     def write_model(self, model: mujoco.MjModel, alpha: float) -> set[str]:
         """Move a bare MjModel of this evolution to E(alpha).

@@ -50,7 +50,7 @@ class Grower:
         self._add_rest()
         inertias.stay_massless(self.host, self._before, self._geoms)
         self._hold()
-        excuse_contacts(self.host, self._before, self._geoms)
+        excuse_contacts(self.host, self._before, self._model, self._geoms)
         return self.twins
 
     def _rename(self, kind: str, name: str) -> str | None:
@@ -90,7 +90,7 @@ class Grower:
             return
         for body in self.host.bodies[1:]:
             inertias.state_inertia(body, self._before)
-        inertias.stop_inferring(self.host)
+        inertias.stop_inferring(compiler)
 
     def _add_body(self, body: mujoco.MjsBody) -> None:
         """Add one body, unless it has a twin."""

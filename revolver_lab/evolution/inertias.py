@@ -29,12 +29,18 @@ def state_inertia(body: mujoco.MjsBody, model: mujoco.MjModel) -> None:
         setattr(body, attribute, getattr(model, f"body_{attribute}")[i])
 
 
-def stop_inferring(spec: mujoco.MjSpec) -> None:
+def stop_inferring(compiler: mujoco.MjsCompiler) -> None:
     """Let the inertias that are written down stand as they are."""
-    compiler = spec.compiler
     compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
     compiler.settotalmass, compiler.balanceinertia = -1.0, False
     compiler.boundmass = compiler.boundinertia = 0.0
+
+
+def infer_alike(a: mujoco.MjsCompiler, b: mujoco.MjsCompiler) -> bool:
+    """Whether two compilers would infer the same inertias from the same geoms."""
+    rules = ("inertiafromgeom", "settotalmass", "balanceinertia", "boundmass", "boundinertia")
+    same = all(getattr(a, rule) == getattr(b, rule) for rule in rules)
+    return same and np.array_equal(a.inertiagrouprange, b.inertiagrouprange)
 
 
 def let_move(body: mujoco.MjsBody, model: mujoco.MjModel) -> None:

@@ -177,13 +177,23 @@ def write(model: mujoco.MjModel, fields: Arrays) -> None:
             setattr(getattr(model, struct), attribute, array.item())
 
 
-def upload(physics: "Physics", moved: Collection[str]) -> None:
-    """Send moved vertices and terrains to the GPU, if this Physics has ever drawn anything.
+def move(physics: "Physics", write: Callable[[mujoco.MjModel], Collection[str]]) -> None:
+    """Change the robot of a Physics in place; its state and its GL context survive.
 
     Args:
-        physics: A dm_control Physics whose model has been written.
-        moved: Names of the fields that were written.
+        physics: Made from a model of the same layout.
+        write: Writes the model, and says which fields it wrote.
     """
+    model, data = physics.model.ptr, physics.data.ptr
+    before = model.eq_active0.copy()
+    _upload(physics, write(model))
+    # What holds is part of the state: where the robot holds otherwise now, the state follows.
+    data.eq_active[:] = np.where(before == model.eq_active0, data.eq_active, model.eq_active0)
+    mujoco.mj_forward(model, data)
+
+
+def _upload(physics: "Physics", moved: Collection[str]) -> None:
+    """Send moved vertices and terrains to the GPU, if this Physics has ever drawn anything."""
     model = physics.model
     sent = [(mujoco.mjr_uploadMesh, mesh) for mesh in range(model.nmesh) if "mesh_vert" in moved]
     if not {"hfield_data", "hfield_size"}.isdisjoint(moved):

@@ -4,15 +4,17 @@ import functools
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 
 from revolver_lab.errors import MatchingError, RevolverError
 from revolver_lab.evolution.assets import copy_asset
-from revolver_lab.evolution.canonical import LISTS, canonical, refuse_scaled_frames
+from revolver_lab.evolution.canonical import LISTS, Pairs, canonical, refuse_scaled_frames
 from revolver_lab.evolution.growing import Grower, Twins
 from revolver_lab.evolution.matching import Matching
 from revolver_lab.evolution.naming import free_name
 from revolver_lab.evolution.rerooting import reroot
 from revolver_lab.evolution.shrinking import FREELY_SIZED
+from revolver_lab.evolution.theta import Switch
 from revolver_lab.evolution.touching import align_contacts
 
 _KINDS = {
@@ -39,12 +41,14 @@ class Padded:
         pairs: For each kind ("body", "joint", ...), (name in source, name in target).
         held: Joints that one robot has and the other holds still, by their names in the source:
             at which alpha they are held, 0 or 1.
+        switches: What acts on the way, and not at all in the robot that lacks it.
     """
 
     source: mujoco.MjSpec
     target: mujoco.MjSpec
     pairs: dict[str, list[tuple[str, str]]]
     held: dict[str, int]
+    switches: tuple[Switch, ...]
 
 
 def pad(source: mujoco.MjSpec, target: mujoco.MjSpec, matching: Matching) -> Padded:
@@ -114,7 +118,27 @@ def _finished(
     _separate_meshes(*grown, names)
     pairs = _pairs(*grown, names)
     align_contacts(source, target, grown, pairs)
-    return Padded(source=grown[0], target=grown[1], pairs=pairs, held=held)
+    switches = _released(source, target, grown[0], pairs)
+    return Padded(source=grown[0], target=grown[1], pairs=pairs, held=held,
+                  switches=switches)  # fmt: skip
+
+
+def _released(
+    source: mujoco.MjSpec, target: mujoco.MjSpec, grown: mujoco.MjSpec, pairs: Pairs
+) -> tuple[Switch, ...]:
+    """Let go of constraints exactly in the robot that lacks them.
+
+    MuJoCo's least impedance, 1e-4, is still felt there. Anywhere else they hold as they are told.
+    """
+    ours = {equality.name for equality in source.equalities}
+    theirs = {equality.name for equality in target.equalities}
+    after_0 = float(np.nextafter(0.0, 1.0))
+    return tuple(
+        Switch(element=("equality", a), attribute="active", source=a in ours, target=b in theirs,
+               alpha=1.0 if a in ours else after_0)
+        for a, b in pairs["equality"]
+        if not (a in ours and b in theirs) and grown.equality(a).active
+    )  # fmt: skip
 
 
 def _floating_root(spec: mujoco.MjSpec) -> str:

@@ -163,7 +163,9 @@ CONTINUOUS: dict[str, tuple[Parameter, ...]] = {
 }
 
 # What has no in-between. A difference is refused, or switched at an alpha that the user names.
-# Group and material are not here: they only choose how a robot is drawn, and stay the source's.
+# Material is not here: it only chooses how a robot is drawn, and stays the source's. So does group,
+# but for those of geoms that an inertia is inferred from, and of actuators that are switched off by
+# it, which see `alignment` and `discrete`.
 DISCRETE: dict[str, tuple[str, ...]] = {
     "body": ("mocap", "sleep"),
     "joint": ("type", "limited", "actfrclimited", "actgravcomp", "align"),
@@ -226,3 +228,17 @@ DISCRETE: dict[str, tuple[str, ...]] = {
         "disableactuator",
     ),
 }
+
+
+def discrete(kind: str, *, by_group: bool) -> tuple[str, ...]:
+    """The attributes of a kind of element that have no in-between.
+
+    Args:
+        kind: Of element.
+        by_group: Whether a robot disables actuators by their groups.
+
+    Example:
+        >>> discrete("site", by_group=False)
+        ('type',)
+    """
+    return DISCRETE.get(kind, ()) + (("group",) if by_group and kind == "actuator" else ())

@@ -9,6 +9,7 @@ import numpy as np
 
 from revolver_lab.errors import ParameterError, RobotFileError
 from revolver_lab.evolution.assets import name_by_content
+from revolver_lab.evolution.attached import absorbed
 from revolver_lab.evolution.discarding import discard
 from revolver_lab.evolution.naming import name_everything
 from revolver_lab.evolution.screening import MAX_MODELS, Screened, inside, screen
@@ -78,7 +79,7 @@ def read_robot(source: str | Path | mujoco.MjSpec, *, unnamed: str = "refuse") -
     _check_numbers(model, where)
     discard(spec, model)
     name_by_content(spec, model)
-    return spec
+    return absorbed(spec)
 
 
 def _from_text(text: str) -> mujoco.MjSpec:

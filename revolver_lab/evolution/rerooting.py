@@ -8,10 +8,10 @@ from revolver_lab.evolution.canonical import canonical
 from revolver_lab.evolution.copying import add_body, add_to_body
 from revolver_lab.evolution.keyframes import restore_keyframes, stash_keyframes
 from revolver_lab.evolution.rebuilding import (
-    SUBTREE,
     add_dependants,
     add_held,
     add_joints,
+    of_subtrees,
     same_name,
 )
 from revolver_lab.evolution.rerooted_state import reroot_state, rotated, unit
@@ -60,8 +60,9 @@ def reroot(spec: mujoco.MjSpec, body_name: str) -> mujoco.MjSpec:
     _hang_root(host, donor, before, path)
     add_dependants(host, donor)
     for sensor in host.sensors:
-        if sensor.type in SUBTREE and sensor.objname == path[0]:
-            sensor.objname = body_name
+        for name in of_subtrees(sensor):
+            if getattr(sensor, name) == path[0]:
+                setattr(sensor, name, body_name)
     after = _compiled(host, body_name)
     restore_keyframes(host, stash, lambda state: _state(before, after, state))
     return host

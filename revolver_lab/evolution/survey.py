@@ -8,8 +8,9 @@ import mujoco
 import numpy as np
 
 from revolver_lab.errors import ParameterError
+from revolver_lab.evolution.automatic import left_off
 from revolver_lab.evolution.canonical import Element, Pairs, elements, has_fromto
-from revolver_lab.evolution.parameters import CONTINUOUS, DISCRETE, LINEAR, Parameter
+from revolver_lab.evolution.parameters import CONTINUOUS, LINEAR, Parameter, discrete
 from revolver_lab.evolution.ramps import Ramps, RampSpec
 from revolver_lab.evolution.theta import Block, Switch, Theta
 
@@ -22,6 +23,7 @@ def read_theta(
     source: mujoco.MjSpec,
     target: mujoco.MjSpec,
     pairs: Pairs,
+    switches: tuple[Switch, ...],
     *,
     f: RampSpec,
     switch: float | Mapping[str, float] | None,
@@ -33,6 +35,7 @@ def read_theta(
         source: The source robot, canonical.
         target: The target robot, canonical.
         pairs: For each kind of element, (name in source, name in target).
+        switches: What switches without being asked.
         f: The interpolation function, or patterns over the names of theta.
         switch: alpha at which discrete differences switch: one for all, or by name.
         held: Joints that one robot holds still, see `padding.Padded`.
@@ -43,35 +46,40 @@ def read_theta(
     """
     blocks: list[Block] = []
     differences: list[Switch] = []
+    by_group = bool(source.option.disableactuator or target.option.disableactuator)
     for kind, parameters in CONTINUOUS.items():
         ours, theirs = elements(source, kind), elements(target, kind)
         for a, b in pairs.get(kind, []):
             if (kind, a) == ("body", "world"):
                 continue
-            found = _differences((kind, a), ours[a], theirs[b])
+            found = _differences((kind, a), ours[a], theirs[b], discrete(kind, by_group=by_group))
             switching = {difference.attribute for difference in found}
             switching |= {_MEANT_BY.get(attribute) for attribute in switching}
             for parameter in parameters:
                 if parameter.attribute not in switching:
                     blocks.extend(_block((kind, a), ours[a], theirs[b], parameter))
             differences += found
-    switches = _switched(differences, switch)
-    switches += _followers(switches, source, target, pairs)
+    asked = _switched(differences, switch)
+    switches += asked + _followers(asked, source, target, pairs)
     return Theta(tuple(blocks), switches, Ramps(f), held)
 
 
-def _differences(name: tuple[str, str], ours: Element, theirs: Element) -> list[Switch]:
-    """The discrete attributes in which two paired elements differ."""
-    values = {a: (_plain(ours, a), _plain(theirs, a)) for a in DISCRETE.get(name[0], ())}
+def _differences(
+    name: tuple[str, str], ours: Element, theirs: Element, attributes: tuple[str, ...]
+) -> list[Switch]:
+    """The discrete attributes, and those that leave something off, in which two elements differ."""
+    values = [(a, _plain(ours, a), _plain(theirs, a)) for a in attributes]
+    values = [(attribute, old, new) for attribute, old, new in values if old != new]
+    if name[0] == "actuator" and not _MEANT_BY.keys() & {attribute for attribute, _, _ in values}:
+        lopsided = sorted(left_off(ours) ^ left_off(theirs))
+        values += [(a, _flat(ours, a).tolist(), _flat(theirs, a).tolist()) for a in lopsided]
     for parameter in CONTINUOUS[name[0]]:
         if parameter.off:
             old, new = (getattr(element, parameter.attribute) for element in (ours, theirs))
-            if (old == 0.0) != (new == 0.0):
-                values[parameter.attribute] = old, new
+            values += [(parameter.attribute, old, new)] * ((old == 0.0) != (new == 0.0))
     return [
         Switch(element=name, attribute=attribute, source=old, target=new, alpha=1.0)
-        for attribute, (old, new) in values.items()
-        if old != new
+        for attribute, old, new in values
     ]
 
 

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from revolver_lab.evolution.canonical import Element, Pairs
+from revolver_lab.evolution.contacts import refuse_override
 from revolver_lab.evolution.naming import free_name
 from revolver_lab.evolution.shrinking import FREELY_SIZED
 
@@ -89,6 +90,9 @@ def align_contacts(
         target: The target, as it was read.
         padded: Both with what was created; changed in place.
         pairs: For each kind of element, (name in source, name in target); "pair" is added to.
+
+    Raises:
+        ParameterError: If two may touch in one robot only, and margins mean nothing in one.
     """
     ends = [End(Touch(spec.compile()), grown, Touch(grown.compile()), _explicit(grown))
             for spec, grown in zip((source, target), padded)]  # fmt: skip
@@ -117,6 +121,9 @@ def _pair(ends: list[End], names: list[Names], wanted: list[bool | None]) -> Nam
     """Let both robots have a pair for two geoms, open or closed as each wants it."""
     told = [_told(end, two) if want else None for end, two, want in zip(ends, names, wanted)]
     deepest = max(_depth(end.grown.model, two) for end, two in zip(ends, names))
+    if None in told:
+        what = f"a contact of {names[0][0]!r} and {names[0][1]!r} that one of the robots alone has"
+        refuse_override(what, *(end.original.model for end in ends))
     made = []
     for end, two, here, there in zip(ends, names, told, reversed(told)):
         pair = end.own.get(frozenset(two))
@@ -143,7 +150,7 @@ def mixed(model: mujoco.MjModel, first: str, second: str) -> dict[str, object]:
     """Return what MuJoCo makes of two geoms that touch.
 
     Source: https://mujoco.readthedocs.io/en/stable/modeling.html#contact-parameters; margins and
-    gaps add up.
+    gaps add up, and so does adhesion between geoms of the same priority.
 
     Args:
         model: A robot, compiled.
@@ -156,9 +163,9 @@ def mixed(model: mujoco.MjModel, first: str, second: str) -> dict[str, object]:
     if not equal:
         weights = np.array([a.priority[0] > b.priority[0], b.priority[0] > a.priority[0]], float)
         leading = a if weights[0] else b
-        condim, friction = leading.condim[0], leading.friction
+        condim, friction, sticks = leading.condim[0], leading.friction, [leading.id]
     else:
-        condim = max(a.condim[0], b.condim[0])
+        condim, sticks = max(a.condim[0], b.condim[0]), [a.id, b.id]
         friction = np.maximum(a.friction, b.friction)
     weights = np.full(2, 0.5) if weights.sum() < mujoco.mjMINVAL else weights / weights.sum()
     solref = weights @ np.array([a.solref, b.solref])
@@ -167,7 +174,7 @@ def mixed(model: mujoco.MjModel, first: str, second: str) -> dict[str, object]:
     return {
         "condim": int(condim), "solref": solref, "solimp": weights @ [a.solimp, b.solimp],
         "friction": friction[[0, 0, 1, 2, 2]], "margin": float(a.margin[0] + b.margin[0]),
-        "gap": float(a.gap[0] + b.gap[0]),
+        "gap": float(a.gap[0] + b.gap[0]), "adhesion": float(model.geom_adhesion[sticks].sum()),
     }  # fmt: skip
 
 

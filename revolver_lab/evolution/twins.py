@@ -3,6 +3,7 @@
 from collections.abc import Callable, Hashable, Sequence
 
 import mujoco
+import numpy as np
 
 Names = tuple[tuple[str | None, str | None], ...]
 Key = Callable[[object], Hashable]
@@ -120,7 +121,10 @@ def _driven_sites(spec: mujoco.MjSpec) -> set[tuple[str, object]]:
 
 
 def _mesh_shapes(spec: mujoco.MjSpec) -> dict[str, Hashable]:
-    """Number of vertices and the faces of each mesh, as compiled."""
+    """Number of vertices and the faces of each mesh, as compiled, and how it is mirrored.
+
+    Between a mesh and its mirror image there is a flat one, which is none.
+    """
     if not spec.meshes:
         return {}
     model = spec.compile()
@@ -129,7 +133,8 @@ def _mesh_shapes(spec: mujoco.MjSpec) -> dict[str, Hashable]:
         i = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MESH, mesh.name)
         first = model.mesh_faceadr[i]
         faces = model.mesh_face[first : first + model.mesh_facenum[i]]
-        shapes[mesh.name] = (int(model.mesh_vertnum[i]), faces.tobytes())
+        mirrored = tuple(np.array(mesh.scale) < 0.0)
+        shapes[mesh.name] = (int(model.mesh_vertnum[i]), faces.tobytes(), mirrored)
     return shapes
 
 

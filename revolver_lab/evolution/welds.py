@@ -8,10 +8,8 @@ import numpy as np
 
 from revolver_lab.errors import MatchingError
 from revolver_lab.evolution.canonical import canonical
-from revolver_lab.evolution.copying import add_body
-from revolver_lab.evolution.keyframes import extend_keyframes, restore_keyframes, stash_keyframes
 from revolver_lab.evolution.matching import Matching, match
-from revolver_lab.evolution.rebuilding import SUBTREE, add_dependants, add_held, add_joints
+from revolver_lab.evolution.rebuilding import add_whole_body, of_subtrees, rebuilt
 from revolver_lab.evolution.rerooted_state import unit
 
 
@@ -64,7 +62,7 @@ def is_chained(spec: mujoco.MjSpec) -> bool:
 
     A sensor of a subtree means what hangs below its body, so a robot with one stays as it is.
     """
-    if any(sensor.type in SUBTREE for sensor in spec.sensors):
+    if any(of_subtrees(sensor) for sensor in spec.sensors):
         return False
     return any(_is_welded(body) and _is_welded(body.parent) for body in spec.bodies)
 
@@ -87,31 +85,17 @@ def unchain(spec: mujoco.MjSpec) -> mujoco.MjSpec:
     Returns:
         The robot in canonical form, with the same names and keyframes.
     """
-    donor = canonical(spec)
-    before = donor.compile()
-    host = donor.copy()
-    stash = stash_keyframes(host)  # which MuJoCo would shorten with each body that goes
-    for body in list(host.worldbody.bodies):
-        host.delete(body)
-    for body in donor.worldbody.bodies:
-        _hang(host.worldbody, body, np.array(body.pos), np.array(body.quat))
-    add_dependants(host, donor)
-    restore_keyframes(host, stash, lambda state: state)
-    extend_keyframes(host, before)
-    return host
+    return rebuilt(canonical(spec), lambda here, body: _hang(here, body, body.pos, body.quat))
 
 
 def _hang(here: mujoco.MjsBody, body: mujoco.MjsBody, pos: np.ndarray, quat: np.ndarray) -> None:
     """Hang a body with all below it; what is welded to a welded one hangs beside it."""
-    copy = add_body(here, body, body.name)
+    copy = add_whole_body(here, body)
     copy.pos, copy.quat = pos, quat
-    add_joints(copy, body)
-    add_held(copy, body)
     for child in body.bodies:
-        place = np.array(child.pos), np.array(child.quat)
         if _is_welded(body) and _is_welded(child):
             there = np.empty(3), np.empty(4)
-            mujoco.mju_mulPose(*there, pos, unit(quat), place[0], unit(place[1]))
+            mujoco.mju_mulPose(*there, pos, unit(quat), child.pos, unit(child.quat))
             _hang(here, child, *there)
         else:
-            _hang(copy, child, *place)
+            _hang(copy, child, child.pos, child.quat)
