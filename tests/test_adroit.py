@@ -429,3 +429,29 @@ def test_without_gymnasium_robotics_it_says_what_to_install(monkeypatch):
     )
     with pytest.raises(MissingExtraError, match="pip install gymnasium_robotics"):
         registry.get("adroit-door").source()
+
+
+SCENES = ("hammer", "relocate", "door")
+
+
+@pytest.mark.parametrize("alpha", [0.2, 0.5, 1.0])
+def test_knuckles_lose_their_mass_and_what_feels_touch_its_place_and_two_fingers_no_length(alpha):
+    hand, model = (rvl.load("adroit-door").model(a) for a in (0.0, alpha))
+    s, near = min(2 * alpha, 1), {"abs": 1e-7, "rel": 1e-6}
+    for finger in ("mf", "rf", "lf"):
+        mass = hand.body(f"{finger}knuckle").mass
+        assert model.body(f"{finger}knuckle").mass == pytest.approx((1 - s) * mass, **near)
+        for part in ("proximal", "middle", "tip"):
+            site = f"Tch_{finger}{part}"
+            place = (1 - s) * hand.site(site).pos
+            assert model.site(site).pos == pytest.approx(place, **near)
+        assert abs(hand.site(f"Tch_{finger}tip").pos).max() > 0.005
+    for part in ("ffproximal", "ffmiddle", "ffdistal", "thproximal", "thmiddle", "thdistal"):
+        half = hand.geom(f"C_{part}").size[1]
+        assert model.geom(f"C_{part}").size[1] == pytest.approx(half, **near)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_goal_has_to_hold_in_more_than_25_of_200_steps(scene):
+    task = registry.get(f"adroit-{scene}").make_task()
+    assert (task.goal_steps, task.episode_steps) == (25, 200)

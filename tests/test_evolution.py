@@ -346,3 +346,11 @@ def test_the_path_has_the_memory_of_its_larger_end():
 def test_a_refused_alpha_is_told_as_a_plain_number():
     with pytest.raises(AlphaError, match=r"alpha = 1\.5\. "):
         rvl.load("cheetah-front-leg").model(np.float64(1.5))
+
+
+def test_what_is_equal_in_both_robots_stays_so_to_the_last_bit():
+    evolve = rvl.Evolution(features(), features(**TARGET))
+    still = ~evolve.theta_changed
+    assert still.sum() > 50
+    start = evolve.theta(0.0)[still].tobytes()
+    assert all(evolve.theta(a)[still].tobytes() == start for a in np.linspace(0, 1, 101))

@@ -119,3 +119,22 @@ def test_flags_that_differ_are_told_by_name():
     said = "disableflags: contact and gravity -> none; option/world/enableflags: energy -> none"
     with pytest.raises(ParameterError, match=said):
         rvl.Evolution(arm(LAWS["motor"], flags), arm(LAWS["motor"]))
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_an_activation_that_was_given_is_bounded_as_the_other_ones_all_the_way(back):
+    texts = [arm(LAGS["at once"]), arm(LAGS["integrator"])]
+    evolve = rvl.Evolution(*(texts[::-1] if back else texts), switch=0.5)
+    for alpha in (0.0, 0.25, 0.5, 0.75, 1.0):
+        assert evolve.model(alpha).actuator("m").actrange.tolist() == [-1, 1]
+
+
+@pytest.mark.parametrize("stated", ["lengthrange='-1 2'", "lengthrange='-1 2' force='30'"])
+def test_lengths_of_a_muscle_that_one_file_states_lie_between_those_of_both_robots(stated):
+    muscle = "<muscle {} ctrllimited='false' %s/>"
+    evolve = rvl.Evolution(arm(muscle % ""), arm(muscle % stated))
+    ends = [evolve.model(alpha).actuator("m").lengthrange.copy() for alpha in (0.0, 1.0)]
+    np.testing.assert_allclose(ends[0], np.deg2rad([-170, 170]), atol=0.02)  # of the joint
+    np.testing.assert_allclose(ends[1], [-1, 2])
+    found = evolve.model(0.25).actuator("m").lengthrange
+    np.testing.assert_allclose(found, 0.75 * ends[0] + 0.25 * ends[1], atol=1e-9)

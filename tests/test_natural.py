@@ -359,3 +359,34 @@ def test_what_does_not_fit_is_refused(evolve, teacher):
         make_learner("DAPG", 2, 2)
     with pytest.raises(DemonstrationsError, match="3 observations"):
         DAPG(3, 2, demonstrations=teacher)
+
+
+def test_actions_are_scattered_about_the_mean_as_log_std_says():
+    env = make_vec_env(puck(), 8, task=Reach(), seed=0, nthread=1, autoreset_mode="NextStep")
+    npg = NPG(2, 2, NaturalSettings(trajectories=8, length=LENGTH))
+    npg.actor.log_std[:] = [-1.0, 0.5]
+    apart = []
+    for _ in range(4):
+        played = npg.sample(env)
+        apart.append(played.actions - npg.actor.mean(played.observations[:-1]))
+    found = np.concatenate(apart).reshape(-1, 2)  # 640 of each; standard error 3 %
+    np.testing.assert_allclose(found.std(axis=0), np.exp([-1.0, 0.5]), rtol=0.14)
+    assert (np.abs(found.mean(axis=0)) < 5 * found.std(axis=0) / np.sqrt(640)).all()
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_every_learner_draws_all_that_is_random_from_its_own_seed(algorithm):
+    shown = None if algorithm == "NPG" else record(EXPERT, puck(), 2, task=Reach())
+    one, same, other = (
+        make_learner(algorithm, 2, 2, demonstrations=shown, seed=seed) for seed in (3, 3, 4)
+    )
+    assert np.array_equal(one.actor.flat, same.actor.flat)
+    assert not np.array_equal(one.actor.flat, other.actor.flat)
+    draws = [learner.streams["actions"].random() for learner in (one, same, other)]
+    assert draws[0] == draws[1] != draws[2]
+
+
+def test_a_policy_as_noisy_as_no_motor_can_act_is_refused():
+    NaturalSettings(log_std_start=2.0)
+    with pytest.raises(SettingsError, match=r"log_std_start = 2\.5"):
+        NaturalSettings(log_std_start=2.5)

@@ -73,3 +73,27 @@ def test_every_name_that_an_evolution_prints_is_taken_for_f():
     assert any(name.endswith(" [m]") for name in names)
     early = rvl.Evolution(*ends, f={name: ramp(0.0, 0.5) for name in names})
     np.testing.assert_array_equal(early.theta(0.5), early.theta(1.0))
+
+
+@pytest.mark.parametrize("height", [0.3, 0.6])
+@pytest.mark.parametrize("where", [0.001, 0.5, 0.9])
+def test_a_jump_of_part_of_the_way_is_refused_wherever_it_is(height, where):
+    with pytest.raises(ParameterError, match="jump"):
+        checked(lambda a: (1 - height) * a + height * (a >= where))
+
+
+def test_a_path_that_does_not_begin_at_the_source_is_refused_although_it_ends_at_the_target():
+    with pytest.raises(ParameterError, match=r"f\(0\) = 0.1, f\(1\) = 1"):
+        checked(lambda a: 0.1 + 0.9 * a)
+
+
+def test_a_steep_slope_is_no_jump():
+    steep = checked(lambda a: float(np.clip((a - 0.5) / 0.002, 0, 1)))
+    assert steep(0.501) == pytest.approx(0.5)
+
+
+def test_what_rounding_lets_out_of_0_to_1_is_brought_back():
+    ramps = Ramps(lambda a: a + 8e-10 * (2 * a - 1))
+    assert (ramps(1e-12)[0], ramps(1 - 1e-12)[0]) == (0.0, 1.0)
+    assert ramps(0.0)[0] == 0.0
+    assert ramps(1.0)[0] == 1.0

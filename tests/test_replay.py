@@ -101,3 +101,33 @@ def test_running_out_of_time_is_not_an_end(timed_out):
     replay.add(z, z, np.zeros((2, 1)), np.ones(2), np.array([True, False]), [info, {"alpha": 0.5}])
     assert replay.dones[:2, 0].tolist() == [float(not timed_out), 0.0]
     assert replay.betas[:2].tolist() == [0.25, 0.5]
+
+
+@pytest.mark.parametrize("size", [1000, 8])  # with room, and after going round
+def test_of_what_is_kept_only_so_many_of_the_latest_stay(size):
+    replay = filled([0.1, 0.5] * 6, size=size)
+    assert replay.clean(0.4, 0.6, latest=3) == 3
+    assert [k for k, _ in contents(replay)] == [7, 9, 11]
+    assert replay.clean(0.4, 0.6, latest=10) == 3
+
+
+@pytest.mark.parametrize("form", ["relative", "normalised"])
+def test_the_other_forms_of_shaping_know_the_phase(form):
+    betas = np.linspace(0.5, 0.7, 11)
+    replay = filled(betas, shaping=3.0)
+    replay.alpha, replay.xi, replay.shaping_form = 0.5, 0.2, form
+    batch = replay.sample(300)
+    k = batch.observations[:, 0].numpy()
+    # exp(h (beta - alpha)), over its mean on [alpha, alpha + xi] where it is normalised
+    fine = 0.2 * (np.arange(10_000) + 0.5) / 10_000
+    mean = np.exp(3.0 * fine).mean() if form == "normalised" else 1.0
+    expected = k * np.exp(3.0 * (betas[k.astype(int)] - 0.5)) / mean
+    np.testing.assert_allclose(batch.rewards[:, 0].numpy(), expected, rtol=1e-5)
+
+
+def test_running_out_of_time_may_be_told_to_be_an_end():
+    replay = TaggedReplay(10, BOX, ACT, "cpu", handle_timeout_termination=False)
+    z = np.zeros((1, 2))
+    info = {"alpha": 0.0, "TimeLimit.truncated": True}
+    replay.add(z, z, np.zeros((1, 1)), np.ones(1), np.array([True]), [info])
+    assert replay.dones[0, 0] == 1.0

@@ -1,5 +1,7 @@
 """A re-rooted robot moves as the original does."""
 
+import re
+
 import mujoco
 import numpy as np
 import pytest
@@ -106,3 +108,58 @@ def test_a_body_that_does_not_float_cannot_be_a_root():
     fixed = "<mujoco><worldbody><body name='a'><geom size='.1'/></body></worldbody></mujoco>"
     with pytest.raises(MatchingError, match="free joint"):
         reroot(read_robot(fixed), "a")
+
+
+def stretched(text):
+    """The same robot with quaternions of length two in place of Euler angles."""
+    rng = np.random.default_rng(1)
+
+    def quat(_):
+        turn = rng.standard_normal(4)
+        return f"quat='{' '.join(f'{x:.4f}' for x in 2 * turn / np.linalg.norm(turn))}'"
+
+    return re.sub("euler='[^']*'", quat, text)
+
+
+@pytest.mark.parametrize("write", [stretched, lambda text: text.replace(
+    "<freejoint name='f'/>", "<freejoint name='f' align='true'/>")])  # fmt: skip
+def test_frames_that_are_long_or_aligned_reroot_as_well(write):
+    rng = np.random.default_rng(0)
+    spec = read_robot(write(random_robot(rng, 5)))
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    moved = reroot(spec, "b4")
+    assert rollout_apart(spec.compile(), moved.compile(), rng, 20).max() < 1e-6
+
+
+def test_a_sensor_of_the_old_root_alone_stays_with_it():
+    text = random_robot(np.random.default_rng(2), 4)
+    felt = "<framepos name='where' objtype='body' objname='b0'/></sensor>"
+    host = reroot(read_robot(text.replace("</sensor>", felt)), "b3")
+    assert host.sensor("where").objname == "b0"
+    assert host.sensor("com").objname == "b3"  # of the whole robot: it follows the root
+
+
+def test_a_ball_joint_that_is_driven_is_not_turned_round():
+    link = "<body name='{0}' pos='.3 0 0'>{1}<geom size='.1'/>{2}</body>"
+    arm = link.format("b", "<joint name='j' type='ball'/>", "")
+    body = link.format("a", "<freejoint name='f'/>", arm)
+    text = (f"<mujoco><worldbody>{body}</worldbody><actuator><motor name='m' joint='j'"
+            " gear='1 0 0'/></actuator></mujoco>")  # fmt: skip
+    with pytest.raises(MatchingError, match="the actuator 'm' on the ball joint 'j'"):
+        reroot(read_robot(text), "b")
+
+
+def test_a_keyframe_without_velocities_is_still_one_after_rerooting():
+    text = random_robot(np.random.default_rng(4), 3)
+    model = mujoco.MjModel.from_xml_string(text)
+    places = " ".join(f"{x:.6f}" for x in model.qpos0)
+    key = f"<keyframe><key name='k' time='2' qpos='{places}'/></keyframe></mujoco>"
+    moved = reroot(read_robot(text.replace("</mujoco>", key)), "b2").compile()
+    assert (moved.nkey, moved.key_time[0]) == (1, 2)
+    assert not moved.key_qvel[0].any()
+    data = mujoco.MjData(moved), mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(moved, data[0], 0)
+    for state in data:
+        mujoco.mj_kinematics(state.model, state)
+    for name in ("b0", "b1", "b2"):
+        np.testing.assert_allclose(data[0].body(name).xpos, data[1].body(name).xpos, atol=1e-5)

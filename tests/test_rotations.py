@@ -39,3 +39,13 @@ def test_opposite_axes_still_have_a_way_from_one_to_the_other():
     axis = np.array([0.0, 1.0, 0.0])
     end = rotations.turned_axis(axis, rotations.between_axes(axis, -axis))
     np.testing.assert_allclose(end, -axis, atol=1e-12)
+
+
+@pytest.mark.parametrize("angle", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("back", [False, True])
+def test_axes_that_are_nearly_parallel_or_opposite_turn_by_what_is_between(angle, back):
+    axis, target = np.array([0.0, 0.0, 1.0]), np.array([np.sin(angle), 0.0, np.cos(angle)])
+    target = -target if back else target
+    vector = rotations.between_axes(axis, target)
+    expected = np.array([0.0, angle - np.pi if back else angle, 0.0])
+    np.testing.assert_allclose(vector, expected, rtol=1e-6, atol=1e-15)

@@ -144,3 +144,29 @@ def test_methods_are_configurations_of_one_loop():
     assert METHODS["revolver"].schedule.alphas[-1] == 1.0
     for row in METHODS.values():  # equal numbers of episodes
         assert sum(map(row.schedule.episodes, row.schedule.alphas)) == 360
+
+
+def test_no_phase_may_be_shorter_than_an_episode_however_long_the_last_one_is():
+    with pytest.raises(SettingsError, match="a phase of 2 episodes"):
+        Schedule(episodes_per_phase=2, final_episodes=8).check(simulations=8, episode_steps=200)
+    Schedule(episodes_per_phase=8, final_episodes=8).check(simulations=8, episode_steps=200)
+
+
+def test_an_adaptive_phase_may_have_no_more_episodes_than_a_fixed_one():
+    schedule = Schedule(episodes_per_phase=8, adaptive=Adaptive(episodes_limit=8))
+    assert not schedule.phase_over(0.2, [0.0] * 7, [100.0])
+    assert schedule.phase_over(0.2, [0.0] * 8, [100.0])
+
+
+@pytest.mark.parametrize(
+    ("settings", "text"),
+    [
+        ({"shaping": -20.5}, "shaping = -20.5"),
+        ({"alpha_step": 0.1, "xi": 0.1}, "l_k < xi"),
+    ],
+)
+def test_the_ends_of_what_is_allowed_are_where_they_are_said_to_be(settings, text):
+    with pytest.raises(SettingsError, match=text):
+        Schedule(**settings)
+    Schedule(shaping=-20.0)
+    assert Adaptive(ratio=1.0).ratio == 1.0

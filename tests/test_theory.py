@@ -1,5 +1,7 @@
 """Theorem 1: closed forms against search and brute force, and which coefficient they leave."""
 
+from decimal import Decimal, localcontext
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -232,3 +234,11 @@ def test_what_the_theorem_is_not_about_is_refused(ask, words):
 def test_a_window_of_one_robot_has_that_robot_as_its_best():
     assert theory.best_phi(1.0, 0.0, 0.3) == theory.phi_v(1.0, 0.0, 0.3) == 0.3
     assert theory.phi_quadratic(1.0, 0.0, 0.3) == 0.3
+
+
+@pytest.mark.parametrize("y", [-0.0299, -0.01, 0.0299, 0.0301, 0.5])
+def test_the_weighted_mean_has_all_its_digits_on_either_side_of_its_series(y):
+    with localcontext() as context:
+        context.prec = 50
+        exact = 1 / (1 - (-Decimal(y)).exp()) - 1 / Decimal(y)
+    assert float(theory.phi_quadratic(y, 1.0)) == pytest.approx(float(exact), abs=1e-13)

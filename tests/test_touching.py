@@ -7,7 +7,7 @@ from test_uncommon_parts import robot, shaken
 
 import revolver_lab as rvl
 from revolver_lab.errors import ParameterError
-from revolver_lab.evolution.touching import mixed
+from revolver_lab.evolution.touching import Touch, mixed
 
 CHAIN = """<mujoco><option timestep="0.002"/><worldbody>
 <geom name="floor" type="plane" size="2 2 .1" pos="0 0 -.3"/>
@@ -153,3 +153,67 @@ def test_robots_that_touch_alike_get_no_pairs():
     for text in ENDS.values():
         alone = mujoco.MjModel.from_xml_string(text)
         assert rvl.Evolution(text, text.replace(".12", ".1")).model(0.0).npair == alone.npair
+
+
+UNFILTERED = "<mujoco><option><flag filterparent='disable'/></option>"
+TWO = """<mujoco><worldbody><body name='a'><freejoint/><geom name='a' size='.2' {}/></body>
+<body name='b' pos='{} 0 0'><freejoint/><geom name='b' size='.2' {}/></body></worldbody>
+<contact>{}</contact></mujoco>"""
+
+
+def contacts(text):
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return data
+
+
+def test_masks_let_touch_what_mujoco_finds():
+    rng, met = np.random.default_rng(0), []
+    for _ in range(60):
+        masks = [f"contype='{t}' conaffinity='{c}'" for t, c in rng.integers(0, 4, (2, 2))]
+        text = TWO.format(masks[0], 0.3, masks[1], "")
+        touch = Touch(mujoco.MjModel.from_xml_string(text))
+        met.append(contacts(text).ncon > 0)
+        assert touch("a", "b") == touch("b", "a") == met[-1]
+    assert 10 < sum(met) < 50
+
+
+def test_a_pair_begins_to_be_looked_at_where_its_geoms_would():
+    sides = ["margin='.02' gap='.03'", "margin='.01' gap='.015'"]
+    told = mixed(mujoco.MjModel.from_xml_string(TWO.format(sides[0], 0.3, sides[1], "")), "a", "b")
+    pair = f"<pair geom1='a' geom2='b' margin='{told['margin']}' gap='{told['gap']}'/>"
+    seen = []
+    for apart in np.arange(0.3875, 0.5, 0.005):
+        own = contacts(TWO.format(sides[0], apart, sides[1], ""))
+        none = "contype='0' conaffinity='0'"
+        ours = contacts(TWO.format(none, apart, none, pair))
+        assert (own.ncon, own.nefc) == (ours.ncon, ours.nefc), apart
+        seen.append((own.ncon, own.nefc > 0))
+    assert set(seen) == {(1, True), (1, False), (0, False)}
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_nothing_touches_at_a_closed_end_however_much_larger_its_geoms_are(back):
+    texts = [chain(), chain(EXCLUDED).replace('size=".12"', 'size=".4"')]
+    texts = texts[::-1] if back else texts
+    evolve = rvl.Evolution(*texts)
+    for alpha, text in enumerate(texts):
+        alone = mujoco.MjModel.from_xml_string(text)
+        apart = end_poses(evolve.model(float(alpha)), "abc") - end_poses(alone, "abc")
+        assert np.abs(apart).max() < 1e-6, alpha
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_parents_and_children_touch_where_they_are_not_filtered(back):
+    excluded = "<exclude name='y' body1='a' body2='b'/>"
+    grown = [chain(c).replace('size=".05"', 'size=".25"').replace("<mujoco>", UNFILTERED)
+             for c in ("", excluded)]  # fmt: skip
+    texts = grown[::-1] if back else grown
+    evolve = rvl.Evolution(*texts)
+    poses = []
+    for alpha, text in enumerate(texts):
+        poses.append(end_poses(mujoco.MjModel.from_xml_string(text), "abc"))
+        apart = end_poses(evolve.model(float(alpha)), "abc") - poses[-1]
+        assert np.abs(apart).max() < 1e-6, alpha
+    assert np.abs(poses[0] - poses[1]).max() > 1e-2

@@ -11,6 +11,7 @@ from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from mujoco.batch import SimulationError
 
+from revolver_lab.envs import snapshot
 from revolver_lab.envs.memory import return_large_blocks
 from revolver_lab.envs.registration import register_environments
 from revolver_lab.envs.single import RobotEnv
@@ -296,3 +297,23 @@ def test_large_blocks_go_back_to_the_system_when_they_are_freed():
         assert done.stdout == outside, done.stderr
     make_vec_env("ball-in-cup-weak-motors", 1)
     assert return_large_blocks.cache_info().currsize == 1
+
+
+@pytest.mark.parametrize("name", ["humanoid-length-mass", "ant-length-mass"])
+def test_from_a_snapshot_on_nothing_is_different_where_forces_and_masses_are_seen(name):
+    whole, rest = (make_vec_env(name, 2, alphas=[0.2, 0.9], seed=s, nthread=1) for s in (4, 9))
+    whole.reset()
+    rest.reset()
+    actions = np.random.default_rng(0).uniform(-1, 1, (60, *whole.action_space.shape))
+    for action in actions[:35]:
+        whole.step(action)
+    held = snapshot.take(whole)
+    expected = [whole.step(action)[:4] for action in actions[35:]]
+    for action in actions[:3]:
+        rest.step(action)
+    snapshot.put_back(rest, *held)
+    found = [rest.step(action)[:4] for action in actions[35:]]
+    for ours, theirs in zip(found, expected, strict=True):
+        for mine, other in zip(ours, theirs, strict=True):
+            np.testing.assert_array_equal(mine, other)
+    assert np.abs(np.array([step[1] for step in expected])).min() > 0

@@ -166,3 +166,31 @@ def test_two_that_differ_in_what_cannot_change_are_refused_with_chains_or_withou
     limited = quadruped(base=EMPTY).replace("axis='1 0 0'", "axis='1 0 0' range='-1 1'")
     with pytest.raises(ParameterError, match="limited"):
         rvl.Evolution(quadruped(), limited)
+
+
+LINK = "<body name='{0}' pos='.1 .2 0' quat='{1}'><geom name='{0}' size='.05'/>{2}</body>"
+
+
+def test_a_link_on_a_mocap_body_stays_on_it():
+    carried = LINK.format("a", "1 0 0 0", "")
+    mocap = f"<body name='m' mocap='true'><geom size='.1'/>{carried}</body>"
+    assert not is_chained(read_robot(f"<mujoco><worldbody>{mocap}</worldbody></mujoco>"))
+    chain = LINK.format("b", "1 0 0 0", LINK.format("c", "1 0 0 0", ""))
+    spec = read_robot(f"<mujoco><worldbody>{mocap}{chain}</worldbody></mujoco>")
+    assert is_chained(spec)
+    undone = unchain(spec)
+    assert undone.body("a").parent.name == "m"
+    assert undone.body("c").parent.name == "world"
+
+
+def test_chains_are_undone_in_place_where_their_quaternions_are_not_of_length_one():
+    turned = LINK.format(
+        "b", "2 0 0 1", LINK.format("c", "0 3 1 0", LINK.format("d", "1 1 1 9", ""))
+    )
+    spec = read_robot(f"<mujoco><worldbody>{turned}</worldbody></mujoco>")
+    found = []
+    for robot in (spec, unchain(spec)):
+        data = mujoco.MjData(robot.compile())
+        mujoco.mj_kinematics(data.model, data)
+        found.append([np.append(data.body(n).xpos, data.body(n).xmat) for n in "bcd"])
+    np.testing.assert_allclose(*found, atol=1e-12)
