@@ -37,7 +37,7 @@ class Value:
     def features(self, batch: Trajectories) -> np.ndarray:
         """Returns what the net sees of every state: s, t, t^2, t^3 and beta, (T + 1, n, I).
 
-        t is in trajectories, so that it runs from 0 to 1.
+        t is in trajectories, so that it runs from 0 to 1 at the most.
         """
         seen = batch.observations
         t = np.arange(len(seen), dtype=np.float32)[:, None, None] / self.settings.length
