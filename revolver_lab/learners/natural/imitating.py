@@ -8,12 +8,15 @@ from revolver_lab.learners.natural.npg import NPG
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
 from revolver_lab.trajectories import Trajectories
 
+_LEAST = 1e-30  # of a weight that moves the policy alone: float32 begins to lose smaller ones
+
 
 def imitation_weight(settings: NaturalSettings, iteration: int, advantages: np.ndarray) -> float:
     """Returns lambda_0 lambda_1^k max A (Rajeswaran et al. 2018, equation 4).
 
     Where nothing was earned the advantages are all 0; the maximum is then taken as 1, so that
-    demonstrations alone move the policy.
+    demonstrations alone move the policy. How far does not depend on their weight, as the step is
+    normalised: it then stays above what can be computed with.
 
     Args:
         settings: lambda_0 and lambda_1.
@@ -24,8 +27,11 @@ def imitation_weight(settings: NaturalSettings, iteration: int, advantages: np.n
         >>> imitation_weight(NaturalSettings(imitation_weight=0.5), 1, np.array([-1.0, 2.0]))
         0.95
     """
-    most = float(advantages.max()) if advantages.any() else 1.0
-    return settings.imitation_weight * settings.imitation_decay**iteration * most
+    weight = settings.imitation_weight * settings.imitation_decay**iteration
+    if advantages.any():
+        return weight * float(advantages.max())
+    imitates = settings.imitation_weight > 0 and (settings.imitation_decay > 0 or iteration == 0)
+    return max(weight, _LEAST) if imitates else 0.0
 
 
 class Imitator(NPG):
