@@ -21,7 +21,8 @@ def natural_rows(results: Results) -> list[dict[str, Any]]:
     """Returns one row a method.
 
     A learner's time is the iteration after which its gate was content, at success on the target
-    in fresh episodes; one that never was is censored where its budget ended.
+    in fresh episodes; one that never was is censored where its budget ended, and one that was
+    stopped by its numbers where the last of its method was.
 
     Args:
         results: Of natural methods.
@@ -40,8 +41,8 @@ def _row(results: Results, method: str) -> dict[str, Any]:
     some = results.of(method)
     scores = np.array([success_of(one) for one in some])
     mean, good = stats.interval(scores, "mean"), stats.success(scores >= GOOD)
-    made = np.array([iterations_of(one) for one in some])
     content = np.array([bool(one.finished) for one in some])
+    made = _watched(some, content)
     curve = stats.kaplan_meier(made, content)
     return {
         "robot": results.robot, "method": method, "seeds": len(some), "success": mean.value,
@@ -55,6 +56,21 @@ def _row(results: Results, method: str) -> dict[str, Any]:
         "minutes": float(np.median([one.cost.seconds for one in some])) / 60,
         "failures": sum(bool(one.failure) for one in some),
     }  # fmt: skip
+
+
+def _watched(some: Sequence[LearnerResult], content: np.ndarray) -> np.ndarray:
+    """Returns the iterations after which learners were content, or up to which they were watched.
+
+    Who broke down will never get there: to count it as one whose budget ended then would have a
+    method that breaks down early look quick. It counts as watched as long as anybody.
+
+    Args:
+        some: Learners of one method.
+        content: Whether the gate of each was, (S,).
+    """
+    made = np.array([iterations_of(one) for one in some])
+    broken = np.array([bool(one.failure) for one in some])
+    return np.where(broken & ~content, made.max(), made)
 
 
 def over_iterations(
