@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from revolver_lab.errors import SettingsError
-from revolver_lab.gates import GATES
+from revolver_lab.gates import GATES, Gate
 from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod, natural_method
 from revolver_lab.runs.plan import Plan
 
@@ -30,7 +30,8 @@ def read_sweep(path: str | Path) -> tuple[Plan, ...]:
 
     `robots`, `methods` and `seeds` are lists; `tasks` names rewards, by default the first of each
     robot; `steps` and `evaluate_episodes` are as in a plan. A table `[method.NAME]` defines a
-    natural method: another one (`like`) with changes to its `gate` and `settings`.
+    natural method: another one (`like`) with changes to its `gate` and `settings`. A gate of
+    another `kind` keeps what both kinds know.
 
     Args:
         path: A TOML file.
@@ -108,15 +109,20 @@ def _own(name: str, changes: Any, origin: str) -> NaturalMethod:
     kind = GATES.get(str(gate.pop("kind", type(base.gate).__name__)))
     if kind is None:
         raise _refusal(f"gate.kind = {given['gate']['kind']!r} in {origin}; one of {[*GATES]}")
-    start = base.gate if kind is type(base.gate) else kind()
     try:
-        given["gate"] = dataclasses.replace(start, **gate)
+        given["gate"] = kind(**{**_shared(base.gate, kind), **gate})
         settings = {k: tuple(v) if isinstance(v, list) else v
                     for k, v in given.get("settings", {}).items()}  # fmt: skip
         given["settings"] = dataclasses.replace(base.settings, **settings)
         return dataclasses.replace(base, name=name, **given)
     except TypeError as problem:
         raise _refusal(f"method.{name} in {origin}: {problem}") from problem
+
+
+def _shared(gate: Gate, kind: type[Gate]) -> dict[str, Any]:
+    """Returns what a gate says that one of another kind can say too."""
+    known = {field.name for field in dataclasses.fields(kind)}
+    return {name: value for name, value in vars(gate).items() if name in known}
 
 
 def _refusal(what: str) -> SettingsError:
