@@ -346,6 +346,13 @@ def test_a_carried_expert_keeps_its_mean_and_changes_its_noise(evolve, noise, he
     assert np.array_equal(EXPERT.weights["actor.log_std"], usual.actor.log_std)
 
 
+@pytest.mark.parametrize("noise", [0.5, 1.0, 1.5])
+def test_a_carried_expert_narrower_than_the_floor_begins_at_the_floor(noise):
+    npg = NPG(2, 2, NaturalSettings(carried_noise=noise, log_std_floor=-2.5))
+    npg.adopt(feedback([-2.0, -1.5], log_std=-5.0))
+    assert (npg.actor.log_std == -2.5).all()
+
+
 def test_what_does_not_fit_is_refused(evolve, teacher):
     with pytest.raises(PolicyFileError, match="squashed_gaussian"):
         NPG(2, 2, TINY).adopt(

@@ -96,7 +96,7 @@ class NPG:
         self.actor = Actor.of(policy, self.settings.log_std_start)
         if self.settings.carried_noise != 1.0:
             self.actor.log_std += np.log(self.settings.carried_noise)
-            np.maximum(self.actor.log_std, self.settings.log_std_floor, out=self.actor.log_std)
+        np.maximum(self.actor.log_std, self.settings.log_std_floor, out=self.actor.log_std)
 
     def policy(self, card: ModelCard | None = None, *, value: bool = False) -> Policy:
         """Returns a copy of what has been learnt so far.
