@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from revolver_lab.actors import actor_problem
 from revolver_lab.cards import ModelCard
 from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.files import output_file, write_json
@@ -218,7 +219,7 @@ def _linear(weights: Mapping[str, np.ndarray], name: str, x: np.ndarray) -> np.n
 
 def _check(policy: Policy) -> None:
     """Refuses a policy whose head, activation, shapes or numbers cannot act."""
-    problem = _actor_problem(policy.weights)
+    problem = actor_problem(policy.weights)
     if policy.head not in HEADS:
         problem = f"the head {policy.head!r}, not one of {HEADS}"
     elif policy.activation not in ACTIVATIONS:
@@ -228,22 +229,3 @@ def _check(policy: Policy) -> None:
     if problem:
         raise PolicyFileError(f"a policy with {problem}", "weights as Policy describes them",
                               "Convert the model by revolver_lab.learners.from_sb3.")  # fmt: skip
-
-
-def _actor_problem(weights: Mapping[str, np.ndarray]) -> str | None:
-    """Says what is wrong with the arrays, or None."""
-    for name, array in weights.items():
-        if array.dtype.kind != "f" or not np.isfinite(array).all():
-            return f"numbers in {name} that are not finite floats"
-    layers = count_layers(weights, "actor")
-    if layers == 0:
-        return "no actor.0.weight"
-    width = weights["actor.0.weight"].shape[-1]
-    for i in range(layers):
-        weight, bias = weights[f"actor.{i}.weight"], weights.get(f"actor.{i}.bias")
-        if weight.ndim != 2 or weight.shape[1] != width:
-            return f"actor.{i}.weight of shape {weight.shape} after a width of {width}"
-        width = weight.shape[0]
-        if bias is None or bias.shape != (width,):
-            return f"actor.{i}.bias missing or not of shape ({width},)"
-    return None

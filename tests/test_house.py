@@ -23,7 +23,7 @@ LAYERS = [
     ["tasks"],
     ["robots"],
     ["envs"],
-    ["weights", "cards", "lifting", "policies"],
+    ["weights", "cards", "lifting", "actors", "policies"],
     ["shaping", "theory", "schedule", "methods", "gates"],
     ["trajectories", "demonstrations", "demonstration_sources"],
     ["learners"],
