@@ -10,13 +10,14 @@ import numpy as np
 from revolver_lab.errors import PolicyFileError
 from revolver_lab.files import write_atomically
 
+_DIGEST, _OLDER = "digest_of_all", "digest"  # older files have one of their arrays alone
 _LARGEST_FILE = 1 << 28  # bytes; what this package writes is below 10 MB
 
 
 def save_weights(
     path: str | Path, weights: Mapping[str, np.ndarray], metadata: Mapping[str, str]
 ) -> Path:
-    """Writes arrays and a digest of them, atomically.
+    """Writes arrays, metadata and a digest of both, atomically.
 
     Args:
         path: The file.
@@ -26,7 +27,8 @@ def save_weights(
     from safetensors.numpy import save
 
     arrays = {name: np.ascontiguousarray(weights[name]) for name in sorted(weights)}
-    return write_atomically(path, save(arrays, metadata={**metadata, "digest": digest(arrays)}))
+    whole = {**metadata, _DIGEST: _digest_of_all(arrays, metadata)}
+    return write_atomically(path, save(arrays, metadata=whole))
 
 
 def load_weights(
@@ -60,9 +62,17 @@ def load_weights(
         metadata = dict(metadata.get("__metadata__", {}))
     except (SafetensorError, ValueError, KeyError, AttributeError, TypeError) as error:
         raise refusal(path, f"is torn or of another kind ({str(error)[:60]})") from error
-    if metadata.pop("digest", None) != digest(weights):
-        raise refusal(path, "holds numbers that do not match its digest")
+    told, older = metadata.pop(_DIGEST, None), metadata.pop(_OLDER, None)
+    whole = told == _digest_of_all(weights, metadata) if told else older == digest(weights)
+    if not whole:
+        raise refusal(path, "holds something that does not match its digest")
     return weights, metadata
+
+
+def _digest_of_all(weights: Mapping[str, np.ndarray], metadata: Mapping[str, str]) -> str:
+    """Returns the SHA-256 of arrays and metadata."""
+    told = json.dumps(dict(metadata), sort_keys=True)
+    return hashlib.sha256(f"{digest(weights)}{told}".encode()).hexdigest()
 
 
 def digest(weights: Mapping[str, np.ndarray]) -> str:
