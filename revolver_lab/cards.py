@@ -22,7 +22,8 @@ class ModelCard:
 
     Attributes:
         robot: Name of the evolution it was trained on, as in `revolver_lab.names()`.
-        alpha: Evolution parameter of the robot it is for, in [0, 1].
+        alpha: Evolution parameter of the robot that `episode_return` was measured on, in [0, 1];
+            where it was not, of the last one it was trained on. A log tells how far alpha came.
         algorithm: Name of the learning algorithm.
         steps: Environment steps spent on it [steps], expert not counted.
         seed: Seed of the run, or None where there was none.

@@ -147,6 +147,17 @@ def evaluate_each(
     return np.concatenate(played)
 
 
+def episodes_played(episodes: int) -> int:
+    """Returns how many episodes are played where so many are asked for: as many from each start.
+
+    Example:
+        >>> episodes_played(10), episodes_played(40)
+        (10, 64)
+    """
+    starts = min(episodes, _MOST_STARTS)
+    return -(-episodes // starts) * starts
+
+
 def _play(
     policies: Sequence[Policy], evolve: "Evolution | str", alphas: np.ndarray, episodes: int,
     seeds: Sequence[int], task: "str | Task | None", deterministic: bool, nthread: int = 0,

@@ -8,6 +8,9 @@ from typing import Any
 
 from revolver_lab.logs import Evaluation, Phase, TransferLog, write_table
 
+EXAMINED = 10
+"""Episodes of an evaluation that are played side by side."""
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Iteration:
@@ -56,6 +59,11 @@ class Trial(Evaluation):
     def success(self) -> float:
         """Returns the fraction that succeeded."""
         return sum(self.successes) / len(self.successes)
+
+    @property
+    def played(self) -> int:
+        """Returns how many episodes it took: those side by side are played together."""
+        return -(-len(self.returns) // EXAMINED) * EXAMINED
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "Trial":

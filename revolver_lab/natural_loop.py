@@ -14,7 +14,7 @@ from revolver_lab.gates import PILOT_GATE, Gate, Position
 from revolver_lab.given import count_of, require, seed_of
 from revolver_lab.learners.natural.algorithms import make_learner
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
-from revolver_lab.natural_log import Iteration, NaturalLog, Trial, phases_of
+from revolver_lab.natural_log import EXAMINED, Iteration, NaturalLog, Trial, phases_of
 from revolver_lab.policies import Policy
 from revolver_lab.trajectories import Success, sample
 
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from revolver_lab.evolution.evolution import Evolution
     from revolver_lab.learners.natural.npg import IterationReport
     from revolver_lab.tasks.base import Task
-
-_EXAMINED = 10  # episodes of an evaluation that are played side by side
 
 
 class NaturalTransfer:
@@ -160,7 +158,7 @@ class NaturalTransfer:
             steps: Environment steps of training before; None is those of the log.
         """
         if self._examination is None:
-            self._examination = self._environment(_EXAMINED, 0)
+            self._examination = self._environment(EXAMINED, 0)
         env, actor = self._examination, self.learner.actor
         # Trials are named by their number, so that a resumed run plays the same ones.
         name = np.random.SeedSequence(self.seed, spawn_key=(1, len(self.trials)))
@@ -192,13 +190,20 @@ class NaturalTransfer:
             self.iterate()
         return True
 
+    @property
+    def _measured(self) -> Trial | None:
+        """Returns the last evaluation of the policy as it is, None where there is none."""
+        last = self.trials[-1] if self.trials else None
+        return last if last and last.iteration == self.learner.iterations else None
+
     def result(self) -> NaturalLog:
         """Freezes what has happened so far."""
-        name, last = self.env.evolve.name, self.trials[-1:]
+        name, last = self.env.evolve.name, self._measured
         at_target = tuple(trial for trial in self.trials if trial.alpha == 1.0)
         card = ModelCard(
-            robot=name, alpha=self.position.alpha, algorithm=type(self.learner).__name__,
-            steps=self.steps, seed=self.seed, episode_return=last[0].mean if last else None,
+            robot=name, alpha=last.alpha if last else self.position.alpha,
+            algorithm=type(self.learner).__name__,
+            steps=self.steps, seed=self.seed, episode_return=last.mean if last else None,
             versions=versions(), command=command(), commit=commit(), note=self.failure,
         )  # fmt: skip
         settings = {
@@ -212,7 +217,7 @@ class NaturalTransfer:
         return NaturalLog(
             robot=name, phases=phases_of(self.iterations, self.env.num_envs),
             evaluations=at_target, steps=self.steps,
-            evaluation_steps=sum(len(trial.returns) for trial in self.trials) * length,
+            evaluation_steps=sum(trial.played for trial in self.trials) * length,
             wall_time=round(self.seconds, 3), failure=self.failure, seed=self.seed,
             reached_target=any(i.alpha == 1.0 for i in self.iterations), settings=settings,
             policy=self.learner.policy(card), iterations=tuple(self.iterations),

@@ -175,8 +175,10 @@ class Population:
         scores = [record.mean for record in log.evaluations]
         score = (max(scores) if policy is log.best else scores[-1]) if scores else None
         expert, last = self._experts[p], log.phases[-1]
+        # A learner that was stopped on its way is evaluated at the way's end, as all are.
+        measured = log.evaluations[-1].alpha if log.evaluations else last.alpha
         card = ModelCard(
-            robot=self.env.evolve.name, alpha=last.alpha, algorithm=self.settings.name,
+            robot=self.env.evolve.name, alpha=measured, algorithm=self.settings.name,
             seed=member.seed, steps=log.steps, episode_return=score, versions=versions(),
             command=command(), commit=commit(), note=log.failure,
         )  # fmt: skip

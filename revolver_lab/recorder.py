@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from revolver_lab.evaluation import episodes_played
 from revolver_lab.logs import Evaluation, Phase
 from revolver_lab.policies import Policy
 from revolver_lab.schedule import Schedule
@@ -123,7 +124,7 @@ class Recorder:
                             returns=tuple(map(float, returns)))  # fmt: skip
         if record.mean > max((earlier.mean for earlier in self.evaluations), default=-np.inf):
             self.best = policy
-        self.evaluation_steps += len(returns) * self._episode_steps
+        self.evaluation_steps += episodes_played(len(returns)) * self._episode_steps
         self.evaluations.append(record)
 
     def close(self, alpha: float) -> None:
