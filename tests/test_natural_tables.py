@@ -58,3 +58,21 @@ def test_a_table_says_that_most_learners_broke_down():
     for words in (describe(told), markdown(told)):
         assert "not in 100" in words
         assert "not in 5" not in words
+
+
+@pytest.mark.parametrize(
+    ("some", "words"),
+    [
+        ([(100, True)] * 3 + [(200, False)] * 2, "100; 2 not in 200"),
+        ([(100, True)] * 3, "100"),
+        ([(100, True), (200, False)], "100; 1 not in 200"),
+        ([(100, True)] + [(200, False)] * 2, "not in 200"),
+        ([(100, True)] * 3 + [(9, False, BROKEN)], "100; 1 not in 100"),
+    ],
+)
+def test_text_and_markdown_tell_of_those_that_did_not_get_there_in_the_same_words(some, words):
+    told = results(*some)
+    row = next(line for line in markdown(told).splitlines() if line.startswith("| m |"))
+    assert row.split(" | ")[4] == words
+    line = next(line for line in describe(told).splitlines() if line.startswith("m "))
+    assert line.endswith(f"  {words}")

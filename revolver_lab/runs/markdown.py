@@ -3,7 +3,7 @@
 import math
 
 from revolver_lab import stats
-from revolver_lab.runs.natural_summary import GOOD, is_natural, natural_rows
+from revolver_lab.runs.natural_summary import GOOD, is_natural, natural_rows, when_content
 from revolver_lab.runs.results import Results
 from revolver_lab.runs.summary import success_return
 
@@ -30,12 +30,8 @@ def _successes(results: Results) -> list[str]:
     lines = [_SUCCESSES, "|---|---|---|---|---|---|"]
     for row in natural_rows(results):
         spread = f"{row['success']:.3f} ({_ends(row['success_low'], row['success_high'], 3)})"
-        median = row["median_iterations"]
-        when = f"{median:.0f}" if math.isfinite(median) else f"not in {row['censored_at']}"
-        if math.isfinite(median) and row["finished"] < row["seeds"]:
-            when += f"; {row['seeds'] - row['finished']} not in {row['censored_at']}"
         lines.append(f"| {row['method']} | {spread} | {row['least']:.2f} | {row['good']} of "
-                     f"{row['seeds']} | {when} | {row['farthest']:.2f} |")  # fmt: skip
+                     f"{row['seeds']} | {when_content(row)} | {row['farthest']:.2f} |")  # fmt: skip
     return lines
 
 

@@ -73,6 +73,23 @@ def _watched(some: Sequence[LearnerResult], content: np.ndarray) -> np.ndarray:
     return np.where(broken & ~content, made.max(), made)
 
 
+def when_content(row: dict[str, Any]) -> str:
+    """Returns after how many iterations the gate was content, and how many learners' was not.
+
+    Args:
+        row: One of `natural_rows`.
+
+    Example:
+        >>> when_content({"median_iterations": 99.0, "finished": 3, "seeds": 5, "censored_at": 200})
+        '99; 2 not in 200'
+    """
+    if not np.isfinite(row["median_iterations"]):
+        return f"not in {row['censored_at']}"
+    missing = row["seeds"] - row["finished"]
+    others = f"; {missing} not in {row['censored_at']}" if missing else ""
+    return f"{row['median_iterations']:.0f}{others}"
+
+
 def over_iterations(
     results: Results, key: str, methods: Sequence[str] | None = None
 ) -> dict[str, np.ndarray]:
@@ -135,9 +152,6 @@ def describe_natural(results: Results) -> str:
 def _text(row: dict[str, Any]) -> str:
     """Returns the numbers of a row."""
     ends = f"{row['success_low']:.2f} to {row['success_high']:.2f}" if row["seeds"] > 1 else "one"
-    when = f"{row['median_iterations']:.0f}"
-    if not np.isfinite(row["median_iterations"]):
-        when = f"not in {row['censored_at']}"
     of = f"{row['good']} of {row['seeds']}"
     return (f"{row['seeds']:>5}  {row['success']:>7.2f}  {ends:<13}  {of:<9}  "
-            f"{row['farthest']:>5.2f}  {when}")  # fmt: skip
+            f"{row['farthest']:>5.2f}  {when_content(row)}")  # fmt: skip
