@@ -132,8 +132,9 @@ def _runs(commands: Commands) -> None:
                 "the table of runs, with intervals, seeds and cost")  # fmt: skip
     which = "a run's folder, or a robot's name for what is recorded of it"
     tell.add_argument("runs", metavar="RUN", nargs="+", help=which)
-    tell.add_argument("--threshold", type=float, help="mean return from which on a learner "
-                      "succeeds (half of the expert's gain at home over idling)")  # fmt: skip
+    tell.add_argument("--threshold", type=float, help="mean return from which on, it "
+                      "included, a learner succeeds (half of the expert's gain at home over "
+                      "idling); natural methods tell success themselves")  # fmt: skip
     tell.add_argument("--markdown", action="store_true", help="as a page would have it")
     tell.add_argument("--csv", type=Path, help="a file for the table")
     store = _add(commands, "keep", "reporting:keep", "copy finished runs, without what is large")

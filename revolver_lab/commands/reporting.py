@@ -1,5 +1,6 @@
 """Commands that tell what came out: evaluate, report, keep, tensorboard."""
 
+import sys
 from pathlib import Path
 
 import revolver_lab as rvl
@@ -11,6 +12,7 @@ from revolver_lab.logs import write_table
 from revolver_lab.robots import registry
 from revolver_lab.runs import Results, Run
 from revolver_lab.runs.markdown import markdown
+from revolver_lab.runs.natural_summary import is_natural
 from revolver_lab.runs.recordings import recorded_kinds
 from revolver_lab.runs.so_far import so_far
 from revolver_lab.runs.store import CONFIG
@@ -39,9 +41,13 @@ def report(arguments: Arguments) -> int:
     """Prints one table a run, and writes one file for all."""
     found = [pair for name in arguments.runs for pair in _results(name)]
     for name, results in found:
-        print(f"{results.robot}: {name}" if name != results.robot else name)
-        told = markdown(results) if arguments.markdown else describe(results, arguments.threshold)
+        told = (markdown if arguments.markdown else describe)(results, arguments.threshold)
+        title = f"{results.robot}: {name}" if name != results.robot else name
+        print(title)
         print(told, end="\n\n" if len(found) > 1 else "\n")
+        if arguments.threshold is not None and is_natural(results):
+            print(f"--threshold does not apply to {title}, where episodes tell whether they "
+                  "succeeded.", file=sys.stderr)  # fmt: skip
     if arguments.csv is None:
         return 0
     table = [{"run": name} | row for name, results in found

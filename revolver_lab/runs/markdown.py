@@ -5,22 +5,28 @@ import math
 from revolver_lab import stats
 from revolver_lab.runs.natural_summary import GOOD, is_natural, natural_rows, when_content
 from revolver_lab.runs.results import Results
-from revolver_lab.runs.summary import success_return
+from revolver_lab.runs.summary import success_from
 
-_RETURNS = "| method | return on E(1), mean over seeds (95 % interval) | above half of home |"
+_RETURNS = "| method | return on E(1), mean over seeds (95 % interval) | {} or more |"
 _SUCCESSES = (
     f"| method | success on E(1), mean over seeds (95 % interval) | lowest | at least {GOOD:.0%} "
     "| iterations until the gate was content, median | alpha at the end |"
 )
 
 
-def markdown(results: Results) -> str:
+def markdown(results: Results, threshold: float | None = None) -> str:
     """Returns one row a method, and below the table what it cost.
 
     Args:
         results: Of one robot and task; of natural methods successes are told, else returns.
+        threshold: As in `revolver_lab.runs.summary.rows`; None is half of home.
+
+    Raises:
+        SettingsError: If the threshold is no finite number.
     """
-    lines = _successes(results) if is_natural(results) else _returns(results)
+    least = success_from(results, threshold)
+    named = "half of home" if threshold is None else f"{least:.4g}"
+    lines = _successes(results) if is_natural(results) else _returns(results, least, named)
     commands = [f"    {command}" for command in dict.fromkeys(results.commands)]
     return "\n".join([*lines, "", f"Cost: {results.cost}.", "", *commands])
 
@@ -35,14 +41,14 @@ def _successes(results: Results) -> list[str]:
     return lines
 
 
-def _returns(results: Results) -> list[str]:
+def _returns(results: Results, least: float | None, named: str) -> list[str]:
     """Returns the table of the other methods."""
-    least = success_return(results) or math.inf
-    lines = [_RETURNS, "|---|---|---|"]
+    lines = [_RETURNS.format(named), "|---|---|---|"]
     for method, scores in results.scores().items():
         found = stats.interval(scores, "mean")
+        won = "-" if least is None else f"{int((scores >= least).sum())} of {len(scores)}"
         lines.append(f"| {method} | {found.value:.1f} ({_ends(found.low, found.high, 1)}) | "
-                     f"{int((scores > least).sum())} of {len(scores)} |")  # fmt: skip
+                     f"{won} |")  # fmt: skip
     return lines
 
 

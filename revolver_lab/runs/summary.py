@@ -3,6 +3,8 @@
 from typing import Any
 
 from revolver_lab import stats
+from revolver_lab.errors import SettingsError
+from revolver_lab.given import is_number
 from revolver_lab.robots import registry
 from revolver_lab.runs.natural_summary import describe_natural, is_natural, natural_rows
 from revolver_lab.runs.results import Results
@@ -26,21 +28,42 @@ def success_return(results: Results) -> float | None:
     return None if home is None or home <= idle else half_of_home(home, idle)
 
 
+def success_from(results: Results, threshold: float | None = None) -> float | None:
+    """Returns from which mean return on, it included, a learner succeeds.
+
+    Args:
+        results: Of a run, or of several put together.
+        threshold: What somebody asks for; None is that of `success_return`.
+
+    Raises:
+        SettingsError: If it is no finite number.
+    """
+    if threshold is None:
+        return success_return(results)
+    if not is_number(threshold):
+        raise SettingsError(f"threshold = {threshold!r}", "a finite number",
+                            "Leave it out for half of what the expert gains at home.")  # fmt: skip
+    return float(threshold)
+
+
 def rows(results: Results, threshold: float | None = None) -> list[dict[str, Any]]:
     """Returns one row a method; natural methods have rows of their own, see `natural_rows`.
 
     Args:
         results: Of a run, or of several put together.
-        threshold: Mean unshaped return on the target from which on a learner succeeds; None is
-            that of `success_return`.
+        threshold: Mean unshaped return on the target from which on, it included, a learner
+            succeeds; None is that of `success_return`. Natural methods tell success themselves.
 
     Returns:
         Robot, method, seeds, mean and IQM of the learners' returns with 95 % intervals, the
         fraction that succeeded with its own, and environment steps.
+
+    Raises:
+        SettingsError: If the threshold is no finite number.
     """
+    threshold = success_from(results, threshold)
     if is_natural(results):
         return natural_rows(results)
-    threshold = success_return(results) if threshold is None else threshold
     return [_row(results, method, threshold) for method in results.methods]
 
 
@@ -71,9 +94,9 @@ def describe(results: Results, threshold: float | None = None) -> str:
         results: Of a run, or of several put together.
         threshold: As in `rows`.
     """
+    table = rows(results, threshold)
     if is_natural(results):
         return describe_natural(results)
-    table = rows(results, threshold)
     width = max(6, *(len(row["method"]) for row in table))
     lines = [f"{'method':<{width}}  seeds    mean  95 % interval    success  95 % interval"]
     lines += [f"{row['method']:<{width}}  {_text(row)}" for row in table]
