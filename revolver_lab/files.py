@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import require_path
 
 
 def asset_folder(kind: str) -> Path:
@@ -57,8 +58,9 @@ def output_folder(folder: str | Path) -> Path:
         folder: Where results are to go.
 
     Raises:
-        SettingsError: If it cannot be made, or written to.
+        SettingsError: If it is no path, or cannot be made, or written to.
     """
+    require_path("out", folder)
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)

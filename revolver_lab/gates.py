@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from revolver_lab.errors import SettingsError
-from revolver_lab.given import is_number, is_whole
+from revolver_lab.given import is_number, is_whole, require, require_fields
 
 Measure = Callable[[float, int], float]
 """Plays evaluations: (alpha, episodes) -> fraction of them that succeed, by mean actions."""
@@ -64,8 +64,7 @@ class Gate:
             self._require(name, 0, 1)
         for name in ("every", "finish_episodes"):
             self._require(name, 1, math.inf, whole=True)
-        if not isinstance(self.grid, bool):
-            raise SettingsError(f"grid = {self.grid!r}", "True or False", "Leave it at True.")
+        require("grid", self.grid, bool, "Leave it at True.")
 
     def _require(
         self, name: str, low: float, high: float, *, least: bool = True, whole: bool = False
@@ -191,8 +190,7 @@ class SteppedGate(SampledGate):
 class EvaluatedGate(Gate):
     """The rule of the published runs (facts, section 3): alpha goes on after an evaluation.
 
-    Every five iterations alpha takes its step if half of twenty episodes on it succeed. At alpha =
-    1 training ends at 0.9 over fifty.
+    Every five iterations alpha goes on if half of twenty episodes succeed; at 1, 0.9 of 50 end it.
 
     Attributes:
         threshold: Success at which alpha goes on.
@@ -232,16 +230,18 @@ def gate_from_json(value: Mapping[str, Any]) -> Gate:
     """Reads a gate back.
 
     Raises:
-        SettingsError: If there is no gate of that kind.
+        SettingsError: If there is no gate of that kind, or it has other fields.
 
     Example:
         >>> gate_from_json(EvaluatedGate(episodes=10).to_json()).episodes
         10
     """
-    kind = value.get("gate")
-    if kind not in GATES:
-        raise SettingsError(f"gate = {kind!r}", f"one of {sorted(GATES)}", "Take SampledGate.")
-    return GATES[kind](**{name: item for name, item in value.items() if name != "gate"})
+    require("a gate", value, Mapping, "See Gate.to_json().")
+    kind, fields = GATES.get(str(value.get("gate"))), {k: value[k] for k in value if k != "gate"}
+    if kind is None:
+        raise SettingsError(f"gate = {value.get('gate')!r}", f"one of {[*GATES]}", "Take one.")
+    require_fields(kind.__name__, fields, kind)
+    return kind(**fields)
 
 
 PILOT_GATE = SampledGate()

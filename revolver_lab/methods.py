@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar
 
 from revolver_lab.errors import SettingsError, UnknownNameError
+from revolver_lab.given import require
 from revolver_lab.schedule import Adaptive, Schedule
 
 Row = TypeVar("Row")
@@ -36,6 +37,9 @@ class Method:
 
     def __post_init__(self) -> None:
         """Refuses what no method can be."""
+        require("name", self.name, str, "Try 'mine'.")
+        require("schedule", self.schedule, Schedule, "Pass rvl.Schedule().")
+        require("expert", self.expert, bool, "True carries the expert over.")
         for name, choices in (("critic", CRITICS), ("optimiser", OPTIMISERS)):
             if getattr(self, name) not in choices:
                 raise SettingsError(f"{name} = {getattr(self, name)!r}", f"one of {choices}",

@@ -48,6 +48,7 @@ class NaturalMethod:
         if self.algorithm not in ALGORITHMS:
             raise UnknownNameError(f"algorithm {self.algorithm!r}", ", ".join(ALGORITHMS),
                                    "Take NPG.")  # fmt: skip
+        require("name", self.name, str, "Try 'mine'.")
         require("gate", self.gate, Gate, "Pass SampledGate(), or leave it out.")
         require("settings", self.settings, NaturalSettings, "Leave it out.")
         require("expert", self.expert, bool, "True carries the expert over.")

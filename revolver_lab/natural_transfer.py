@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.files import output_folder
 from revolver_lab.gates import PILOT_GATE, Gate
-from revolver_lab.given import count_of
+from revolver_lab.given import count_of, require_call
 from revolver_lab.learners.natural.settings import PILOT, NaturalSettings
 from revolver_lab.natural_log import Iteration, NaturalLog
 from revolver_lab.natural_loop import NaturalTransfer
@@ -64,6 +64,7 @@ def natural_transfer(
         DemonstrationsError: If the demonstrations do not fit the robot.
     """
     evaluate_episodes = count_of("evaluate_episodes", evaluate_episodes, 0, "Try 100.")
+    require_call("report", report, "Pass a function of an Iteration.")
     if out is not None:
         output_folder(out)
     loop = NaturalTransfer(

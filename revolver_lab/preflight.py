@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import count_of
 from revolver_lab.learners.settings import LearnerSettings
 from revolver_lab.methods import Member
 from revolver_lab.schedule import Schedule
@@ -22,10 +23,11 @@ def check_steps(
         episode_steps: Steps of an episode that does not end early [steps].
 
     Raises:
-        SettingsError: If they may not do.
+        SettingsError: If they may not do, or are no number of steps.
     """
     if steps is None:
         return
+    steps = count_of("steps", steps, 1, "None ends with the schedule.")
     phases = [_steps(schedule, alpha, simulations, episode_steps) for alpha in schedule.alphas[:-1]]
     needed = sum(phases) + simulations * episode_steps
     if steps < needed:
@@ -43,11 +45,10 @@ def check_evaluations(every: int, episodes: int) -> None:
         episodes: Of each; 0 plays none.
 
     Raises:
-        SettingsError: If one is negative.
+        SettingsError: If one is no whole number, or negative.
     """
-    for name, value in (("evaluate_every", every), ("evaluate_episodes", episodes)):
-        if value < 0:
-            raise SettingsError(f"{name} = {value}", "0 or more", "Ask for 10.")
+    count_of("evaluate_every", every, 0, "0 evaluates at the end only.")
+    count_of("evaluate_episodes", episodes, 0, "Ask for 10.")
 
 
 def _steps(schedule: Schedule, alpha: float, simulations: int, episode_steps: int) -> int:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from revolver_lab.files import output_folder
-from revolver_lab.given import require, seed_of
+from revolver_lab.given import require, require_call, seed_of
 from revolver_lab.learners.settings import COURSE, LearnerSettings
 from revolver_lab.logs import TransferLog
 from revolver_lab.methods import Member, Method
@@ -63,6 +63,7 @@ def transfer(
     require("expert", expert, (Policy, type(None)), "Pass rvl.load_expert(name).")
     require("schedule", schedule, (Schedule, Method, type(None)), "Pass rvl.Schedule().")
     require("learner", learner, LearnerSettings, "Leave it out, or pass LearnerSettings(...).")
+    require_call("progress", progress, "Pass a function of a Progress.")
     if out is not None:
         output_folder(out)
     seed, given = seed_of(seed), schedule or Schedule()

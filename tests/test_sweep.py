@@ -198,7 +198,7 @@ def test_a_sweep_that_says_something_unknown_is_refused_by_name(name, changes):
 def test_no_jobs_at_all_are_refused_by_command(tmp_path, capsys):
     (tmp_path / "tiny.toml").write_text(TOML)
     assert cli.main(["sweep", str(tmp_path / "tiny.toml"), "--jobs", "0"]) == 2
-    assert "1 job or more" in capsys.readouterr().err
+    assert "jobs = 0. Allowed: a whole number, 1 or more" in capsys.readouterr().err
 
 
 def test_a_sweep_without_robots_or_no_toml_at_all_is_refused(tmp_path):

@@ -23,13 +23,15 @@ def make_engine(
 
     Raises:
         MissingExtraError: If torch is not installed.
-        SettingsError: If several are asked of an engine that takes one.
+        SettingsError: If several are asked of an engine that takes one, or a device that is not
+            there.
     """
     sizes = observation_size, action_size
     try:
         if settings.stacks:
             from revolver_lab.learners.stacked.learner import StackedLearner
 
+            _check_device(settings.device)
             return StackedLearner(settings, *sizes, members, capacity)
         from revolver_lab.learners.sb3 import Sb3Learner
     except ImportError as error:
@@ -41,3 +43,13 @@ def make_engine(
         raise SettingsError(f"{len(members)} learners with {settings.name} of stable-baselines3",
                             "one learner", "Take SAC or TD3 of the stacked engine.")  # fmt: skip
     return Sb3Learner(settings, *sizes, members[0])
+
+
+def _check_device(device: str) -> None:
+    """Refuses a device that this machine does not have."""
+    import torch
+
+    there = torch.cuda.device_count()
+    if device != "cpu" and int(device.partition(":")[2] or 0) >= there:
+        raise SettingsError(f"device = {device!r} with {there} CUDA devices",
+                            "a device that is there", "Take device='cpu'.")  # fmt: skip

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from revolver_lab.errors import SettingsError
-from revolver_lab.given import is_number, is_whole
+from revolver_lab.given import are_widths, is_number, is_whole, require
 
 ENGINES = ("auto", "stacked", "stable-baselines3")
 STACKED = ("SAC", "TD3")
@@ -74,10 +74,11 @@ class LearnerSettings:
         for name in ("action_noise", "target_noise", "target_noise_clip"):
             value = getattr(self, name)
             _require(is_number(value) and value >= 0, name, value, "a number, 0 or more")
-        widths = self.hidden
-        _require(isinstance(widths, tuple | list) and len(widths) > 0
-                 and all(is_whole(width, 1) for width in widths),
-                 "hidden", widths, "one or more positive widths")  # fmt: skip
+        _require(are_widths(self.hidden), "hidden", self.hidden, "one or more positive widths")
+        for name, kind in (("algorithm", (str, type)), ("layer_norm", bool), ("options", Mapping)):
+            require(name, getattr(self, name), kind, "Leave it out.")
+        known = isinstance(self.device, str) and re.fullmatch(r"cpu|cuda(:\d+)?", self.device)
+        _require(bool(known), "device", self.device, '"cpu" or "cuda"')
         _require(self.engine in ENGINES, "engine", self.engine, f"one of {ENGINES}")
         _require(_temperature(self.ent_coef), "ent_coef", self.ent_coef,
                  'a number of 0 or more, "auto", or "auto_0.1"')  # fmt: skip

@@ -10,6 +10,7 @@ from pathlib import Path
 from revolver_lab.errors import SettingsError
 from revolver_lab.experts import load_expert
 from revolver_lab.files import asset_folder, write_json
+from revolver_lab.given import count_of, require, require_path, require_time
 from revolver_lab.policies import Policy
 from revolver_lab.runs import store
 from revolver_lab.runs.checking import check_machine
@@ -58,6 +59,9 @@ class Run:
     """
 
     def __init__(self, plan: Plan, *, root: str | Path = ROOT, expert: Policy | None = None):
+        require("plan", plan, Plan, "Pass Plan(robot=..., methods=[...], seeds=[0]).")
+        require("expert", expert, (Policy, type(None)), "Pass rvl.load_expert(name).")
+        require_path("root", root)
         self.plan, self._expert = plan, expert
         shipped = asset_folder("results") / plan.name
         here = Path(root) / plan.name
@@ -74,6 +78,7 @@ class Run:
         Raises:
             SettingsError: If it holds no run, or one of another version.
         """
+        require_path("folder", folder)
         folder = Path(folder)
         run = cls(store.read_plan(folder), root=folder.parent)
         run.folder = folder
@@ -96,11 +101,8 @@ class Run:
                 memory.
             PolicyFileError: If the expert does not fit the robot.
         """
-        if not (isinstance(processes, int) and processes >= 1 and every > 0):
-            raise SettingsError(
-                f"processes = {processes!r}, every = {every!r}",
-                "1 process or more, and a positive time", "Leave them out.",
-            )  # fmt: skip
+        processes = count_of("processes", processes, 1, f"Try {PROCESSES}.")
+        require_time("every", every)
         state = self.status().state
         if state == "running" and (self.folder / store.STOP).exists():
             state = self.stop().status().state  # somebody asked for that first

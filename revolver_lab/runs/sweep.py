@@ -2,11 +2,12 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 
 from revolver_lab.errors import MissingExtraError, SettingsError
+from revolver_lab.given import count_of, require, require_call, require_time
 from revolver_lab.robots.own import VARIABLE
 from revolver_lab.runs import store, worker
 from revolver_lab.runs.claim import ShardTakenError, is_claimed
@@ -37,12 +38,15 @@ def sweep(
         told: Called with the jobs that are done and all of them, whenever there are more.
 
     Raises:
-        SettingsError: If a learner failed, or jobs are killed again and again.
+        SettingsError: If something cannot be, a learner failed, or jobs are killed again and
+            again.
         MissingExtraError: If there is a cluster to talk to, and no Dask.
     """
-    if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1 or not every > 0:
-        raise SettingsError(f"jobs = {jobs!r}, every = {every!r}", "1 job or more, and a positive "
-                            "time", "Leave them out.")  # fmt: skip
+    require("plans", plans, Iterable, "Pass a list of Plan, or read_sweep(path).")
+    require_call("told", told, "Pass a function of two numbers.")
+    require("cluster", cluster, (str, type(None)), "Leave it out to stay on this machine.")
+    jobs = count_of("jobs", jobs, 1, f"Try {PROCESSES}.")
+    require_time("every", every)
     runs = [Run(plan, root=root) for plan in plans]
     waiting = [job for run in runs for job in _jobs(run, jobs)]
     total, tries, heard = len(waiting), 0, -1

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from revolver_lab.errors import SettingsError
-from revolver_lab.stats.checks import numbers
+from revolver_lab.stats.checks import number, numbers
 
 Statistic = Callable[[ArrayLike], np.ndarray]
 
@@ -65,7 +65,7 @@ def optimality_gap(scores: ArrayLike, wanted: float = 1.0) -> np.ndarray:
     Raises:
         SettingsError: If there are no scores, or something is no finite number.
     """
-    return np.maximum(numbers(wanted, "wanted") - _flat(scores), 0.0).mean(axis=-1)
+    return np.maximum(number(wanted, "wanted") - _flat(scores), 0.0).mean(axis=-1)
 
 
 def _flat(scores: ArrayLike) -> np.ndarray:

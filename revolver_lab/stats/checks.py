@@ -35,6 +35,22 @@ def numbers(values: ArrayLike, name: str) -> np.ndarray:
     return array
 
 
+def number(value: ArrayLike, name: str) -> float:
+    """Returns one finite float.
+
+    Args:
+        value: What was given.
+        name: What to call it in an error.
+
+    Raises:
+        SettingsError: If it is no finite number, or several.
+    """
+    found = numbers(value, name)
+    if found.ndim:
+        raise SettingsError(f"{name} of shape {found.shape}", "one number", "Ask one by one.")
+    return float(found)
+
+
 def as_scores(values: ArrayLike, name: str = "scores") -> np.ndarray:
     """Returns scores as (runs, tasks); (runs,) is one task.
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import is_whole
 from revolver_lab.stats.bootstrap import Interval, ends, interval
 from revolver_lab.stats.checks import Seed, as_scores, check_confidence, check_count, generator
 
@@ -139,8 +140,8 @@ def _same_seeds(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Scores of both methods, (runs, tasks), seed beside seed."""
     if isinstance(x, Mapping) and isinstance(y, Mapping):
-        if set(x) != set(y):
-            raise SettingsError(f"seeds {sorted(x)} and {sorted(y)}", "the same seeds",
+        if set(x) != set(y) or not all(is_whole(seed) for seed in x):
+            raise SettingsError(f"seeds {[*x]} and {[*y]}", "the same seeds, whole numbers",
                                 "Compare on seeds that both have run.")  # fmt: skip
         return _same_seeds([x[seed] for seed in sorted(x)], [y[seed] for seed in sorted(x)])
     if isinstance(x, Mapping) or isinstance(y, Mapping):

@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
 from revolver_lab.errors import SettingsError
-from revolver_lab.stats.checks import check_confidence, numbers
+from revolver_lab.given import require
+from revolver_lab.stats.checks import check_confidence, number, numbers
 
 _ROUNDING = 1e-12
 
@@ -136,7 +137,8 @@ def restricted_mean(curve: Survival, until: float) -> RestrictedMean:
     Raises:
         SettingsError: If it is not positive, or beyond what was watched.
     """
-    cut = float(numbers(until, "until"))
+    require("curve", curve, Survival, "Pass what kaplan_meier returns.")
+    cut = number(until, "until")
     if cut <= 0 or (cut > curve.longest and curve.left > 0):
         raise SettingsError(f"until = {cut:g}", f"a time in (0, {curve.longest:g}]",
                             "What happens after the last evaluation is not known.")  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from revolver_lab.errors import SettingsError
-from revolver_lab.stats.checks import numbers
+from revolver_lab.stats.checks import number, numbers
 
 
 class Times(NamedTuple):
@@ -48,6 +48,6 @@ def time_to_threshold(steps: ArrayLike, returns: ArrayLike, threshold: float) ->
         raise SettingsError(f"returns of shape {curves.shape} for {len(at)} evaluations",
                             f"(S, {len(at)}) or ({len(at)},)",
                             "Give a row for each seed.")  # fmt: skip
-    reached = curves >= float(numbers(threshold, "threshold"))
+    reached = curves >= number(threshold, "threshold")
     observed = np.asarray(reached.any(axis=1))
     return Times(np.where(observed, at[reached.argmax(axis=1)], at[-1]), observed)

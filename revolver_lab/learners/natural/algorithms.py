@@ -2,6 +2,7 @@
 
 from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.errors import SettingsError, UnknownNameError
+from revolver_lab.given import count_of, require, seed_of
 from revolver_lab.learners.natural.dapg import DAPG
 from revolver_lab.learners.natural.imitating import Imitator
 from revolver_lab.learners.natural.npg import NPG
@@ -28,11 +29,18 @@ def make_learner(
 
     Raises:
         UnknownNameError: If there is no such algorithm.
-        SettingsError: If demonstrations are missing, or NPG is given some.
+        SettingsError: If demonstrations are missing, or NPG is given some; or if a size, the seed
+            or the settings cannot be.
         DemonstrationsError: If they do not fit the robot.
     """
     if algorithm not in ALGORITHMS:
         raise UnknownNameError(f"algorithm {algorithm!r}", ", ".join(ALGORITHMS), "Take NPG.")
+    require("settings", settings, NaturalSettings, "Leave it out.")
+    require("demonstrations", demonstrations, (Demonstrations, type(None)),
+            "Pass Demonstrations.load(path).")  # fmt: skip
+    for name, size in (("observation_size", observation_size), ("action_size", action_size)):
+        count_of(name, size, 1, "See env.single_observation_space and env.single_action_space.")
+    seed = seed_of(seed)
     if (demonstrations is not None) != (algorithm in IMITATORS):
         given = "without demonstrations" if demonstrations is None else "with demonstrations"
         raise SettingsError(f"{algorithm} {given}", f"demonstrations for {sorted(IMITATORS)}, none "

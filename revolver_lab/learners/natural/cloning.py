@@ -6,6 +6,7 @@ import numpy as np
 
 from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.errors import SettingsError
+from revolver_lab.given import are_widths, count_of, is_number, require, seed_of
 from revolver_lab.learners.natural import networks
 from revolver_lab.learners.natural.regressor import Regressor
 from revolver_lab.learners.natural.settings import PILOT
@@ -16,6 +17,7 @@ HIDDEN = (64, 64)
 EPISODES = 100
 """Episodes of drawn actions from which an expert is cloned, where nothing else is said."""
 _EPOCHS, _RATE, _BATCH = 60, 1e-3, 256
+_WIDEST = 20  # of a log_std, either way
 
 
 def gaussian_clone(
@@ -44,10 +46,15 @@ def gaussian_clone(
 
     Raises:
         DemonstrationsError: If they are of a robot with other observations or actions.
-        SettingsError: If there are no epochs.
+        SettingsError: If there are no epochs, or no layers, or something is of another kind.
     """
-    if epochs < 1:
-        raise SettingsError(f"epochs = {epochs}", "1 or more", f"Try {_EPOCHS}.")
+    require("policy", policy, Policy, "Pass rvl.load_expert(name).")
+    require("demonstrations", demonstrations, Demonstrations, "Record some of this policy.")
+    epochs, seed = count_of("epochs", epochs, 1, f"Try {_EPOCHS}."), seed_of(seed)
+    if not (are_widths(hidden) and is_number(floor) and abs(floor) <= _WIDEST):
+        raise SettingsError(f"hidden = {hidden!r:.80}, floor = {floor!r:.80}",
+                            f"one or more positive widths, and a number up to {_WIDEST}",
+                            "Leave them out.")  # fmt: skip
     seen = demonstrations.fits(policy.observation_size, policy.action_size).observations
     net = Regressor(
         policy.observation_size, policy.action_size, hidden=hidden, learning_rate=_RATE,

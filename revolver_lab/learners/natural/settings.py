@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from revolver_lab.errors import SettingsError
-from revolver_lab.given import is_number, is_whole
+from revolver_lab.given import are_widths, is_number, is_whole
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -89,9 +89,7 @@ class NaturalSettings:
             value = getattr(self, name)
             self._require(name, is_number(value) and value >= 0, "a number, 0 or more")
         for name in ("hidden", "value_hidden", "inverse_hidden"):
-            widths = getattr(self, name)
-            fits = isinstance(widths, tuple | list) and all(is_whole(w, 1) for w in widths)
-            self._require(name, fits and len(widths) > 0, "one or more positive widths")
+            self._require(name, are_widths(getattr(self, name)), "one or more positive widths")
         for name in ("bootstrap", "value_beta"):
             self._require(name, isinstance(getattr(self, name), bool), "True or False")
         within = is_number(self.log_std_start) and is_number(self.log_std_floor)
