@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from revolver_lab.evolution.evolution import Evolution
     from revolver_lab.tasks.base import Task
 
+MOST_EPISODES = 10**9
+"""More would take years, and their returns more memory than there is."""
 _MOST_SIMULATIONS = 256  # a model of its own for each: memory, not time, sets this
 _MOST_STARTS = 32  # episodes beyond these go on with the streams of the first
 
@@ -103,7 +105,7 @@ def _along(
     require("policy", policy, Policy, "Pass rvl.load_expert(name), or Policy.load(path).")
     seed = seed_of(seed)
     robots = np.array([checked_alpha(alpha) for alpha in np.atleast_1d(alphas)])
-    episodes = count_of("episodes", episodes, 1, "Ask for 10.")
+    episodes = count_of("episodes", episodes, 1, "Ask for 10.", most=MOST_EPISODES)
     side_by_side = max(_MOST_SIMULATIONS // min(episodes, _MOST_STARTS), 1)
     played = [np.empty((2, 0, episodes))]
     for i in range(0, len(robots), side_by_side):

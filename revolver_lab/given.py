@@ -42,7 +42,7 @@ def are_widths(value: object) -> bool:
             and all(is_whole(width, 1) for width in value))  # fmt: skip
 
 
-def count_of(name: str, value: object, least: int, remedy: str) -> int:
+def count_of(name: str, value: object, least: int, remedy: str, *, most: int | None = None) -> int:
     """Returns a number of things, if it is one.
 
     Args:
@@ -50,17 +50,20 @@ def count_of(name: str, value: object, least: int, remedy: str) -> int:
         value: What was given.
         least: The smallest that works.
         remedy: What to do otherwise.
+        most: The largest that works; None knows of none.
 
     Raises:
-        SettingsError: If it is no whole number, or smaller.
+        SettingsError: If it is no whole number, smaller or larger.
 
     Example:
         >>> count_of("episodes", 3, 1, "Ask for 10.")
         3
     """
-    if not is_whole(value, least):
-        raise SettingsError(f"{name} = {value!r}", f"a whole number, {least} or more", remedy)
-    return int(value)  # type: ignore[call-overload]
+    count = int(value) if is_whole(value, least) else None  # type: ignore[call-overload]
+    if count is None or (most is not None and count > most):
+        end = "or more" if most is None else f"to {most}"
+        raise SettingsError(f"{name} = {value!r}", f"a whole number, {least} {end}", remedy)
+    return count
 
 
 def seed_of(seed: object) -> int:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from revolver_lab.errors import SettingsError
+from revolver_lab.evaluation import MOST_EPISODES
 from revolver_lab.given import count_of
 from revolver_lab.learners.settings import LearnerSettings
 from revolver_lab.methods import Member
@@ -45,10 +46,10 @@ def check_evaluations(every: int, episodes: int) -> None:
         episodes: Of each; 0 plays none.
 
     Raises:
-        SettingsError: If one is no whole number, or negative.
+        SettingsError: If one is no whole number, negative, or beyond what can be played.
     """
     count_of("evaluate_every", every, 0, "0 evaluates at the end only.")
-    count_of("evaluate_episodes", episodes, 0, "Ask for 10.")
+    count_of("evaluate_episodes", episodes, 0, "Ask for 10.", most=MOST_EPISODES)
 
 
 def _steps(schedule: Schedule, alpha: float, simulations: int, episode_steps: int) -> int:

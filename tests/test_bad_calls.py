@@ -113,6 +113,14 @@ def test_one_wrong_argument_of_a_call_is_refused_in_our_words_or_taken(
     [
         (lambda: natural_transfer(EXPERT, natural_puck(), task=Reach(), out=5), "out = 5"),
         (lambda: rvl.transfer(None, puck(), task=PushRight(), out=5), "out = 5"),
+        (
+            lambda: rvl.evaluate(EXPERT, natural_puck(), 0.0, 10**20, task=Reach()),
+            "1 to 1000000000",
+        ),
+        (
+            lambda: rvl.transfer(None, puck(), task=PushRight(), evaluate_episodes=10**20),
+            "0 to 1000000000",
+        ),
         (lambda: sweep("x"), "plan = 'x'"),
         (lambda: sweep(tiny_plan()), "plans = "),
         (lambda: Run(None), "plan = None"),

@@ -110,6 +110,8 @@ def test_policies_and_robots_pair_up_or_one_stays_for_all(monkeypatch, tmp_path)
         ["gif", NAME, "-o", "x.gif", "--policy", "expert", "--title", "a", "b"],
         ["strip", NAME, "-o", "x.png", "--camera", "behind"],
         ["evaluate", NAME, "--policy", "no-such-file"],
+        ["evaluate", NAME, "--episodes", "99999999999999999999"],
+        ["evaluate", NAME, "--episodes", "9223372036854775807"],
         ["transfer", NAME, "--method", "magic"],
         ["transfer"],
         ["transfer", NAME, "--method", "direct", "--methods", "direct"],
