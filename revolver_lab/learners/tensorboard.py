@@ -1,7 +1,6 @@
 """Event files for TensorBoard, written from what a run's folder holds."""
 
 import math
-import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
@@ -10,6 +9,7 @@ from revolver_lab.errors import MissingExtraError
 
 _FROM_PHASES = ("alpha", "episode_return", "mean_beta", "kept",
                 "success", "average", "kl", "log_std", "explained")  # fmt: skip
+_EVENTS = "events.out.tfevents.*"
 
 
 class Curves(Protocol):
@@ -22,7 +22,7 @@ class Curves(Protocol):
 
 
 def write_events(folder: str | Path, learners: Iterable[Any]) -> Path:
-    """Writes a folder of event files a learner: METHOD/SEED; what was there is written anew.
+    """Writes a folder of event files a learner: METHOD/SEED; event files there are written anew.
 
     Args:
         folder: Where they go.
@@ -45,7 +45,8 @@ def write_events(folder: str | Path, learners: Iterable[Any]) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     for one in learners:
         place = folder / one.method / str(one.seed)
-        shutil.rmtree(place, ignore_errors=True)
+        for old in place.glob(_EVENTS):  # and nothing else, wherever a link may have led
+            old.unlink()
         with SummaryWriter(str(place)) as writer:
             _write(writer, one)
     return folder

@@ -11,6 +11,7 @@ import numpy as np
 from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.policies import Policy
 from revolver_lab.runs import store
+from revolver_lab.runs.plan import Plan
 from revolver_lab.stats import Cost
 
 _RESTORE = "Restore it, or delete the folder and train again."
@@ -158,6 +159,7 @@ def read_results(folder: Path) -> Results:
     names = (store.LEARNERS, store.PHASES, store.EVALUATIONS)
     try:
         rows, phases, evaluations = (_rows(folder / name, card) for name in names)
+        _check_members(rows, plan, folder)
         natural = (folder / store.ITERATIONS).exists()
         iterations = _rows(folder / store.ITERATIONS, card) if natural else []
         share = int(card["processes"]) / max(len(rows), 1)  # of the time of a worker, a learner
@@ -171,6 +173,18 @@ def read_results(folder: Path) -> Results:
             raise
         raise SettingsError(f"the tables of {folder}, which are torn ({problem!r})",
                             "those of a finished run", _RESTORE) from problem  # fmt: skip
+
+
+def _check_members(rows: list[dict[str, str]], plan: Plan, folder: Path) -> None:
+    """Refuses learners that nobody asked for: their names become those of files and folders."""
+    planned = {(member.method.name, str(member.seed)) for member in plan.members}
+    found = [(row["method"], row["seed"]) for row in rows]
+    if len(found) != len(planned) or {*found} != planned:
+        others = sorted({*found} ^ planned)
+        raise SettingsError(
+            f"{folder / store.LEARNERS} and {store.CONFIG}, which differ in {others[:3]!r:.200}",
+            "each learner of the plan, once", _RESTORE,
+        )  # fmt: skip
 
 
 def _learner(
