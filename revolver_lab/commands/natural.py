@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from revolver_lab.commands.parts import Arguments, policy_of, wrote
 from revolver_lab.evaluation import evaluate
 from revolver_lab.experts import home_return
+from revolver_lab.files import output_folder
 from revolver_lab.methods import Member
 from revolver_lab.natural_log import Iteration
 from revolver_lab.natural_methods import NaturalMethod, natural_fitted
@@ -19,6 +20,8 @@ _SEED = 3_000_000  # of the episodes that tell what an expert returns: no traini
 
 def natural(arguments: Arguments, row: NaturalMethod) -> int:
     """Trains one learner, into a folder of its own."""
+    if arguments.out is not None:
+        output_folder(arguments.out)
     lines, (chosen,) = ProgressLines(sys.stderr), suited(arguments, [row])
 
     def report(_: Member, made: Iteration) -> None:

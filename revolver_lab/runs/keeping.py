@@ -3,15 +3,16 @@
 import csv
 import itertools
 import math
+import os
 import shlex
-import shutil
+import tempfile
 from pathlib import Path
 
 from revolver_lab.errors import SettingsError
 from revolver_lab.files import write_atomically, write_json
 from revolver_lab.logs import write_table
 from revolver_lab.runs import store
-from revolver_lab.runs.results import LearnerResult, read_results
+from revolver_lab.runs.results import LearnerResult, Results, read_results
 
 _MOST_ROWS = 400
 """Of a learner in a table."""
@@ -24,7 +25,8 @@ def keep(folder: str | Path, out: str | Path) -> Path:
 
     Every number of every learner stays, but for long natural runs, whose iterations are thinned.
     Of the policies only the actor of each method's lowest seed stays, and the expert goes: the
-    plan holds the hash of its weights.
+    plan holds the hash of its weights. A copy that is there already is replaced as a whole, once
+    the new one is complete.
 
     Args:
         folder: The run's folder.
@@ -34,7 +36,8 @@ def keep(folder: str | Path, out: str | Path) -> Path:
         The new folder, of the same name; `Results` read it as they read the whole.
 
     Raises:
-        SettingsError: If the run is not finished, or is there already.
+        SettingsError: If the run is not finished, or is the copy itself.
+        PolicyFileError: If a policy that is kept is missing or torn.
     """
     folder = Path(folder)
     plan, results = store.read_plan(folder), read_results(folder)
@@ -42,22 +45,42 @@ def keep(folder: str | Path, out: str | Path) -> Path:
     if target.resolve() == folder.resolve():
         raise SettingsError(f"{folder}, which is in {out} already", "a run from elsewhere",
                             "Keep runs of out/runs in assets/results.")  # fmt: skip
-    kept = [results.of(method)[0] for method in results.methods]
-    shutil.rmtree(target / store.POLICIES, ignore_errors=True)
-    for one in kept:
-        _keep_actor(one, target)
-    card = store.read_json(folder / store.CARD)
-    for name in (name for name in _TABLES if (folder / name).exists()):
-        write_atomically(target / name, (folder / name).read_bytes())
-        if name in (store.ITERATIONS, store.PHASES) and plan.learner is None:
-            _thin(target / name)
-            card["digests"][name] = store.digest_of(target / name)
-    write_atomically(target / store.CONFIG, (folder / store.CONFIG).read_bytes())
     config = (Path(plan.name) if target.is_absolute() else target) / store.CONFIG
     command = plan.command.replace(store.CONFIG, shlex.quote(str(config)))
-    left_out = _left_out(kept, len(results.learners))
-    write_json(target / store.CARD, card | {"command": command, "left_out": left_out})
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".keep-", dir=target.parent) as aside:
+        copy = Path(aside) / plan.name
+        _copy(folder, results, plan.learner is None, copy, command)
+        _put(copy, target, Path(aside) / "before")
     return target
+
+
+def _copy(folder: Path, results: Results, natural: bool, copy: Path, command: str) -> None:
+    """Writes what is kept of a run into a new folder."""
+    kept = [results.of(method)[0] for method in results.methods]
+    for one in kept:
+        _keep_actor(one, copy)
+    card = store.read_json(folder / store.CARD)
+    for name in (name for name in _TABLES if (folder / name).exists()):
+        write_atomically(copy / name, (folder / name).read_bytes())
+        if name in (store.ITERATIONS, store.PHASES) and natural:
+            _thin(copy / name)
+            card["digests"][name] = store.digest_of(copy / name)
+    write_atomically(copy / store.CONFIG, (folder / store.CONFIG).read_bytes())
+    left_out = _left_out(kept, len(results.learners))
+    write_json(copy / store.CARD, card | {"command": command, "left_out": left_out})
+
+
+def _put(copy: Path, target: Path, before: Path) -> None:
+    """Puts a whole folder where it belongs; the one before goes only as the new one comes."""
+    if target.exists():
+        os.replace(target, before)
+    try:
+        os.replace(copy, target)
+    except BaseException:
+        if before.exists():
+            os.replace(before, target)
+        raise
 
 
 def _thin(path: Path) -> None:
