@@ -15,13 +15,14 @@ from small_runs import tiny_plan
 import revolver_lab as rvl
 from revolver_lab import _gl, cli, evaluation
 from revolver_lab.commands import looking
+from revolver_lab.commands import training as commands
 from revolver_lab.commands.parts import training
 from revolver_lab.demonstration_sources import record
 from revolver_lab.demonstrations import Demonstrations
 from revolver_lab.errors import SettingsError
 from revolver_lab.policies import Policy
 from revolver_lab.robots import registry
-from revolver_lab.runs import Run
+from revolver_lab.runs import Plan, Run
 from revolver_lab.runs.worker import main as work
 from revolver_lab.trajectories import Success
 from revolver_lab.weights import digest
@@ -348,6 +349,19 @@ def test_transfer_trains_a_run_and_tells_how_it_is_doing(tmp_path, capsys):
     assert again.out == first.out
     assert "learners into" not in again.err
     assert first.out.splitlines()[-1] == "revolver-lab " + " ".join(words[: -len(root)])
+
+
+@pytest.mark.parametrize("flag", [["--root", "x"], ["--processes", "1"], ["--every", "5"]])
+def test_what_belongs_to_a_run_asks_for_one(flag, monkeypatch, capsys):
+    asked = []
+    monkeypatch.setattr(commands, "_run", lambda arguments: asked.append(arguments) or 0)
+    monkeypatch.setattr(commands, "_one", lambda _: pytest.fail("one learner was trained"))
+    assert cli.main(["transfer", NAME, *flag]) == 0
+    assert cli.main(["transfer", "--plan", "config.json", *flag]) == 0
+    assert len(asked) == 2
+    assert commands._plan(asked[0])[0] == Plan(robot=NAME, methods=["revolver"], seeds=[0])
+    assert cli.main(["transfer", NAME, "--method", "direct", *flag]) == 2
+    assert flag[0] in capsys.readouterr().err
 
 
 def test_the_command_line_is_read_without_mujoco_or_torch():

@@ -96,7 +96,7 @@ def _transfer(commands: Commands) -> None:
     many.add_argument("--plan", type=Path, help="the config.json of a run, to train it again")
     many.add_argument("--processes", type=int, help="workers (2)")
     many.add_argument("--root", type=Path, help="where runs are (out/runs)")
-    many.add_argument("--every", type=float, default=60.0, help="seconds between checkpoints (60)")
+    many.add_argument("--every", type=float, help="seconds between checkpoints (60)")
 
 
 def _many(commands: Commands) -> None:

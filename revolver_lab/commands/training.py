@@ -17,7 +17,7 @@ from revolver_lab.progress import ProgressLines
 from revolver_lab.recorder import Progress
 from revolver_lab.robots import registry
 from revolver_lab.runs import Plan, Run, Status
-from revolver_lab.runs.run import PROCESSES, ROOT
+from revolver_lab.runs.run import EVERY, PROCESSES, ROOT
 from revolver_lab.runs.store import CONFIG, read_plan
 from revolver_lab.runs.summary import describe
 from revolver_lab.weights import digest
@@ -41,13 +41,15 @@ def train_expert(arguments: Arguments) -> int:
 def transfer(arguments: Arguments) -> int:
     """Trains one learner, or a run of many."""
     one = {f"--{k}" for k in ("method", "seed", "out") if getattr(arguments, k) is not None}
-    many = {f"--{k}" for k in ("methods", "seeds", "plan") if getattr(arguments, k) is not None}
-    asked = arguments.name or arguments.steps or arguments.task or len(many) > 1
+    said = ("methods", "seeds", "plan", "processes", "root", "every")
+    many = {f"--{k}" for k in said if getattr(arguments, k) is not None}
+    asked = arguments.name or arguments.steps or arguments.task or many & {"--methods", "--seeds"}
     planned = arguments.plan is not None and asked
     if (one and many) or planned or not (arguments.name or arguments.plan):
         raise SettingsError(
             f"transfer {arguments.name or ''} {' '.join(sorted(one | many))}",
-            "NAME with --method, --seed, --out; or NAME with --methods, --seeds; or --plan alone",
+            "NAME with --method, --seed, --out; or NAME with --methods, --seeds; or --plan alone; "
+            "the last two with --processes, --root, --every",
             "Try: revolver-lab transfer cheetah-front-leg --methods direct revolver --seeds 0 1 2.",
         )
     with training():
@@ -77,7 +79,7 @@ def _run(arguments: Arguments) -> int:
     if run.status().state != "finished":
         run.start(
             processes=PROCESSES if arguments.processes is None else arguments.processes,
-            every=arguments.every,
+            every=EVERY if arguments.every is None else arguments.every,
         )
         print(f"{len(plan.members)} learners into {run.folder}", file=sys.stderr)
     try:

@@ -33,6 +33,9 @@ _ENVIRONMENT = {
 PROCESSES = 2
 """Workers of a run: two of one thread each keep two cores busier than one of two threads."""
 
+EVERY = 60.0
+"""Seconds between checkpoints [s]."""
+
 _WORKERS: dict[Path, list[subprocess.Popen]] = {}
 """A worker claims its shard only once it has imported everything; until then this knows of it."""
 
@@ -89,7 +92,7 @@ class Run:
         """Returns the workers started from here; all runs of this folder share them."""
         return _WORKERS.setdefault(self.folder.resolve(), [])
 
-    def start(self, *, processes: int = PROCESSES, every: float = 60.0) -> "Run":
+    def start(self, *, processes: int = PROCESSES, every: float = EVERY) -> "Run":
         """Trains in the background, from where it was stopped; returns at once.
 
         Args:
