@@ -73,3 +73,14 @@ def test_event_files_are_written_anew_and_what_lies_beside_them_stays(run, tmp_p
         assert cli.main(["tensorboard", str(run), "-o", str(out)]) == 0
     assert (elsewhere / "0" / "precious.txt").read_text() == "kept"
     assert len(list((elsewhere / "0").glob("events.*"))) == 1
+
+
+def test_a_natural_run_without_its_iterations_is_torn(tmp_path, capsys):
+    shipped = asset_folder("results") / "adroit-door-fingers-87c20ef7e340"
+    run = shutil.copytree(shipped, tmp_path / shipped.name)
+    (run / store.ITERATIONS).unlink()
+    for altered in (False, True):
+        if altered:
+            change_card(run)  # nothing says what there was
+        assert cli.main(["report", str(run)]) == 2
+        assert "iterations.csv, which cannot be read" in capsys.readouterr().err

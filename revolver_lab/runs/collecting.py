@@ -47,15 +47,21 @@ def _collect(folder: Path, plan: Plan) -> None:
                for name, table in store.flatten(rows).items()}  # fmt: skip
     write_json(folder / store.CARD, {
         "command": plan.command, "commit": done[0]["commit"], "versions": done[0]["versions"],
-        "wall_time": max(row["wall_time"] for row in rows), "processes": len(shards),
+        "wall_time": max(_seconds(one["learners"], plan) for one in done), "processes": len(shards),
         "steps": sum(row["steps"] for row in rows),
         "evaluation_steps": sum(row["evaluation_steps"] for row in rows),
-        **_expert(folder),
+        **_expert(folder, plan),
         "failures": {f"{row['method']}-{row['seed']}": row["failure"]
                      for row in rows if row["failure"]},
         "digests": digests,
     })  # fmt: skip
     shutil.rmtree(folder / store.WORK, ignore_errors=True)
+
+
+def _seconds(rows: list[dict[str, Any]], plan: Plan) -> float:
+    """Returns how long a worker trained [s]: its natural learners one after another."""
+    times = [row["wall_time"] for row in rows]
+    return round(sum(times), 3) if plan.learner is None else max(times)
 
 
 def _move(source: Path, target: Path) -> None:
@@ -66,10 +72,11 @@ def _move(source: Path, target: Path) -> None:
             os.replace(path, target / path.name)
 
 
-def _expert(folder: Path) -> dict[str, Any]:
-    """Returns what the expert cost and earned; nothing where no method began with one."""
+def _expert(folder: Path, plan: Plan) -> dict[str, Any]:
+    """Returns what the expert cost, and earned at home where its card speaks of that."""
     path = folder / store.EXPERT
     if not path.exists():
         return {"expert_steps": 0, "expert_return": None}
     card = Policy.load(path).card
-    return {"expert_steps": card.steps, "expert_return": card.episode_return}
+    at_home = card.robot == plan.robot and card.alpha == 0.0
+    return {"expert_steps": card.steps, "expert_return": card.episode_return if at_home else None}

@@ -84,5 +84,5 @@ def _merge(found: list[Results]) -> Results:
     known = [r.expert_return for r in found if r.expert_return is not None]
     return Results(robot=found[0].robot, learners=tuple(learners.values()),
                    expert_steps=max(results.expert_steps for results in found),
-                   expert_return=next(iter(known), None),
+                   expert_return=next(iter(known), None), task=found[0].task,
                    commands=tuple(c for results in found for c in results.commands))  # fmt: skip

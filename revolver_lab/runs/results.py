@@ -28,7 +28,8 @@ class LearnerResult:
         steps: Environment steps of the evaluations, (K,) [steps].
         curve: Mean return of each evaluation, (K,).
         phases: One dictionary a phase, see `revolver_lab.logs.Phase`.
-        cost: What it cost, its expert not counted; the time is its share of its worker's.
+        cost: What it cost, its expert not counted; the time is its own, or its share of a
+            worker's.
         failure: Why it was stopped before its end, or "".
         folder: The run that it belongs to.
         successes: Which episodes of the last evaluation succeeded, (episodes,); None where the
@@ -77,7 +78,9 @@ class Results:
         learners: What each came to.
         expert_steps: Environment steps that the expert cost [steps].
         commands: The commands that train them again.
-        expert_return: Mean unshaped return of the expert on the source robot, where it is known.
+        expert_return: Mean unshaped return of the expert on the source robot, by the robot's usual
+            reward, where it is known.
+        task: The reward that the returns are of; None is the robot's usual one.
     """
 
     robot: str
@@ -85,6 +88,7 @@ class Results:
     expert_steps: int
     commands: tuple[str, ...]
     expert_return: float | None = None
+    task: str | None = None
 
     @property
     def methods(self) -> tuple[str, ...]:
@@ -160,14 +164,15 @@ def read_results(folder: Path) -> Results:
     try:
         rows, phases, evaluations = (_rows(folder / name, card) for name in names)
         _check_members(rows, plan, folder)
-        natural = (folder / store.ITERATIONS).exists()
+        natural = plan.learner is None or store.ITERATIONS in card.get("digests", {})
         iterations = _rows(folder / store.ITERATIONS, card) if natural else []
-        share = int(card["processes"]) / max(len(rows), 1)  # of the time of a worker, a learner
+        # Natural learners go one after another, each by its own clock; others share a worker's.
+        share = 1.0 if plan.learner is None else int(card["processes"]) / max(len(rows), 1)
         tables = phases, evaluations, iterations
         learners = [_learner(row, tables, folder, share) for row in rows]
         return Results(robot=plan.robot, learners=tuple(learners),
                        expert_steps=int(card["expert_steps"]), commands=(card["command"],),
-                       expert_return=card.get("expert_return"))  # fmt: skip
+                       expert_return=card.get("expert_return"), task=plan.task)  # fmt: skip
     except (KeyError, IndexError, ValueError, TypeError, AttributeError) as problem:
         if isinstance(problem, SettingsError):
             raise

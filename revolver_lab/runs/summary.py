@@ -18,12 +18,16 @@ def success_return(results: Results) -> float | None:
         results: Of a run, or of several put together.
 
     Returns:
-        See `half_of_home`; None where it is not known what the expert returns at home, or where
-        that is no more than a robot returns that does nothing.
+        See `half_of_home`; None where it is not known what the expert returns at home, as it is of
+        the robot's usual reward only, or where that is no more than a robot returns that does
+        nothing.
     """
     idle = 0.0
     if results.robot in registry.names():
-        idle = registry.get(results.robot).make_task().idle_return
+        robot = registry.get(results.robot)
+        if results.task not in (None, robot.usual_task):
+            return None
+        idle = robot.make_task().idle_return
     home = results.expert_return
     return None if home is None or home <= idle else half_of_home(home, idle)
 
