@@ -3,7 +3,7 @@
 import csv
 import dataclasses
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -116,7 +116,9 @@ class TransferLog:
         return {**plain, "settings": dict(self.settings)}
 
     def save(self, folder: str | Path) -> Path:
-        """Saves log.json, phases.csv and policy.safetensors (with its card), each atomically.
+        """Saves policy.safetensors (with its card), tables as CSV and, last, log.json.
+
+        Each is written atomically; without log.json it is not all there, or not of one transfer.
 
         Args:
             folder: Where they go; it is made if need be.
@@ -125,10 +127,17 @@ class TransferLog:
             The folder.
         """
         folder = Path(folder)
+        for name in ("log.json", "iterations.csv"):  # of an older result, maybe of another kind
+            (folder / name).unlink(missing_ok=True)
         self.policy.save(folder / "policy.safetensors")
-        write_table(folder / "phases.csv", [dataclasses.asdict(phase) for phase in self.phases])
+        for name, records in self._tables().items():
+            write_table(folder / name, [dataclasses.asdict(record) for record in records])
         write_json(folder / "log.json", self.to_json())
         return folder
+
+    def _tables(self) -> dict[str, Sequence[Any]]:
+        """Returns the records of each table."""
+        return {"phases.csv": self.phases}
 
 
 def write_table(path: str | Path, rows: list[dict[str, Any]]) -> Path:

@@ -3,10 +3,9 @@
 import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from revolver_lab.logs import Evaluation, Phase, TransferLog, write_table
+from revolver_lab.logs import Evaluation, Phase, TransferLog
 
 EXAMINED = 10
 """Episodes of an evaluation that are played side by side."""
@@ -116,13 +115,6 @@ class NaturalLog(TransferLog):
             plain[name] = [dataclasses.asdict(record) for record in plain[name]]
         return plain
 
-    def save(self, folder: str | Path) -> Path:
-        """Saves what a transfer saves, and iterations.csv, each atomically.
-
-        Args:
-            folder: Where they go; it is made if need be.
-        """
-        folder = super().save(folder)
-        rows = [dataclasses.asdict(iteration) for iteration in self.iterations]
-        write_table(folder / "iterations.csv", rows)
-        return folder
+    def _tables(self) -> dict[str, Sequence[Any]]:
+        """Returns the records of each table."""
+        return {**super()._tables(), "iterations.csv": self.iterations}
