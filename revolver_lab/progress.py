@@ -45,9 +45,32 @@ def describe_iteration(name: str, made: Iteration, seconds_left: float | None = 
         ...     explained=0.8, steps=241_920, wall_time=95.0))
         'revolver [#######.........] iteration 57  alpha 0.43  success 0.72  241,920 steps'
     """
-    bar = "#" * round(16 * made.alpha) + "." * (16 - round(16 * made.alpha))
-    return (f"{name:<8} [{bar}] iteration {made.iteration + 1}  alpha {made.alpha:.2f}  "
-            f"success {made.success:.2f}{_left(seconds_left)}  {made.steps:,} steps")  # fmt: skip
+    return describe_batches(name, made.iteration + 1, made.alpha, made.success, made.steps,
+                            seconds_left)  # fmt: skip
+
+
+def describe_batches(
+    name: str, batches: int, alpha: float, success: float, steps: int,
+    seconds_left: float | None = None,
+) -> str:  # fmt: skip
+    """Returns how one or several learners by natural policy gradient are doing, as text.
+
+    Args:
+        name: Of the learner, or of the method.
+        batches: Iterations made, of several on average.
+        alpha: Where they are.
+        success: Fraction of the latest trajectories that succeeded.
+        steps: Environment steps in all [steps].
+        seconds_left: Expected time to the end [s], where it can be told.
+
+    Example:
+        >>> describe_batches("revolver", 30, 0.25, 0.5, 128_000)
+        'revolver [####............] iteration 30  alpha 0.25  success 0.50  128,000 steps'
+    """
+    filled = round(_WIDTH * alpha)
+    bar = "#" * filled + "." * (_WIDTH - filled)
+    return (f"{name:<8} [{bar}] iteration {batches}  alpha {alpha:.2f}  success {success:.2f}"
+            f"{_left(seconds_left)}  {steps:,} steps")  # fmt: skip
 
 
 def _left(seconds: float | None) -> str:

@@ -9,6 +9,7 @@ import pytest
 import revolver_lab as rvl
 from revolver_lab import cli, natural_population
 from revolver_lab.commands import natural as commands
+from revolver_lab.commands import training
 from revolver_lab.errors import SettingsError
 from revolver_lab.evaluation import evaluate
 from revolver_lab.experts import load_expert
@@ -17,7 +18,7 @@ from revolver_lab.natural_methods import NATURAL_METHODS, natural_fitted
 from revolver_lab.natural_population import NaturalPopulation
 from revolver_lab.policies import Policy
 from revolver_lab.robots import registry
-from revolver_lab.runs import Plan
+from revolver_lab.runs import LearnerStatus, Plan, Status, status
 from revolver_lab.tasks.locomotion import AntRun
 from revolver_lab.tasks.running import SpeedTrap
 
@@ -102,6 +103,39 @@ def test_without_a_measure_of_success_it_is_refused_before_the_expert_plays(monk
         with pytest.raises(SettingsError, match="half_of_home of the expert"):
             NaturalPopulation(NAME, [Member(method=NATURAL_METHODS[row], seed=0)],
                               expert=load_expert(NAME))  # fmt: skip
+
+
+def test_how_natural_methods_are_doing_is_told_in_iterations_and_successes(capsys):
+    members = [Member(method=natural_fitted(ROW, SpeedTrap(), 160.0), seed=s) for s in range(2)]
+    population = NaturalPopulation(NAME, members, expert=load_expert(NAME), steps=10**9)
+    left = iter(range(3))
+    population.run(lambda: next(left, None) is None)
+    learners = tuple(LearnerStatus(**one) for one in status.describe(population))
+    now = Status(state="running", learners=learners, steps=learners[0].steps, steps_planned=10**9,
+                 seconds=1.0)  # fmt: skip
+    training._told()(now)
+    said = capsys.readouterr().err
+    made = population.loops[0].iterations
+    assert len(made) == 3
+    assert f"iteration 3  alpha 1.00  success {made[-1].success:.2f}" in said
+    assert f"{made[-1].steps:,} steps" in said
+    assert "phase" not in said
+
+
+@pytest.mark.parametrize("words", [["--method", "npg-revolve"], ["--method", "revolvr"],
+                                   ["--methods", "npg-revolve"]])  # fmt: skip
+def test_a_misspelt_method_is_looked_for_among_all(words, capsys):
+    assert cli.main(["transfer", NAME, *words]) == 2
+    near = {"npg-revolve": "npg-revolver", "revolvr": "revolver"}[words[1]]
+    assert f"Did you mean '{near}'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [[], ["--method", "direct"], ["--seeds", "0"]])
+def test_where_the_expert_is_one_of_natural_methods_one_is_named(words, capsys, tmp_path):
+    root = ["--root", str(tmp_path)] if "--seeds" in words else []
+    assert cli.main(["transfer", "adroit-door", *words, *root]) == 2
+    assert "adroit-door --method npg-revolver." in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_command_trains_one_learner_where_nothing_tells_success(tmp_path, capsys):

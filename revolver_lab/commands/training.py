@@ -1,7 +1,7 @@
 """Commands that train: train-expert, transfer."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -9,17 +9,17 @@ import revolver_lab as rvl
 from revolver_lab.commands.natural import natural, suited
 from revolver_lab.commands.parts import Arguments, policy_of, shown, training, wrote
 from revolver_lab.errors import SettingsError
-from revolver_lab.experts import Stage, course_learner
-from revolver_lab.methods import method
-from revolver_lab.natural_methods import NATURAL_METHODS
+from revolver_lab.experts import Stage, course_learner, load_expert
+from revolver_lab.methods import METHODS, look_up
+from revolver_lab.natural_methods import NATURAL_METHODS, NaturalMethod
 from revolver_lab.policies import Policy
-from revolver_lab.progress import ProgressLines
+from revolver_lab.progress import ProgressLines, describe, describe_batches
 from revolver_lab.recorder import Progress
 from revolver_lab.robots import registry
-from revolver_lab.runs import Plan, Run, Status
+from revolver_lab.runs import LearnerStatus, Plan, Run, Status
 from revolver_lab.runs.run import EVERY, PROCESSES, ROOT
 from revolver_lab.runs.store import CONFIG, read_plan
-from revolver_lab.runs.summary import describe
+from revolver_lab.runs.summary import describe as describe_results
 from revolver_lab.weights import digest
 
 
@@ -58,10 +58,11 @@ def transfer(arguments: Arguments) -> int:
 
 def _one(arguments: Arguments) -> int:
     """One learner, into a folder of its own."""
-    if arguments.method in NATURAL_METHODS:
-        return natural(arguments, NATURAL_METHODS[arguments.method])
-    chosen = method(arguments.method or "revolver")
+    chosen = look_up(arguments.method or "revolver", {**METHODS, **NATURAL_METHODS})
+    if isinstance(chosen, NaturalMethod):
+        return natural(arguments, chosen)
     expert = policy_of(arguments.name, arguments.policy) if chosen.expert else None
+    _check_kind(arguments.name, chosen.name, expert)
     log = rvl.transfer(
         expert, arguments.name, chosen, steps=arguments.steps, seed=arguments.seed or 0,
         task=arguments.task, progress=shown(arguments.name), out=arguments.out,
@@ -72,11 +73,25 @@ def _one(arguments: Arguments) -> int:
     return wrote(arguments.out)
 
 
+def _check_kind(robot: str, method: str, expert: Policy | None) -> None:
+    """Refuses an expert of natural methods for the others: SAC and TD3 have no such networks."""
+    if expert is not None and expert.head == "gaussian":
+        raise SettingsError(
+            f"{method} on {robot}, whose expert is one of natural methods",
+            f"one of {[name for name, row in NATURAL_METHODS.items() if row.needs_expert]}, or "
+            "methods without an expert", f"Try: revolver-lab transfer {robot} --method "
+            "npg-revolver.",
+        )  # fmt: skip
+
+
 def _run(arguments: Arguments) -> int:
     """Methods times seeds, into a run's folder; the same run is found again."""
     plan, expert = _plan(arguments)
     run = Run(plan, root=arguments.root or ROOT, expert=expert)
     if run.status().state != "finished":
+        carrying = [one.method.name for one in plan.members if one.method.needs_expert]
+        if plan.learner is not None and carrying:
+            _check_kind(plan.robot, carrying[0], expert or load_expert(plan.robot))
         run.start(
             processes=PROCESSES if arguments.processes is None else arguments.processes,
             every=EVERY if arguments.every is None else arguments.every,
@@ -88,7 +103,7 @@ def _run(arguments: Arguments) -> int:
         print("A checkpoint is written; the same command goes on from it.", file=sys.stderr)
         raise
     print(run.folder)
-    print(describe(results))
+    print(describe_results(results))
     return 0
 
 
@@ -122,15 +137,27 @@ def _told() -> Callable[[Status], None]:
 
     def tell(status: Status) -> None:
         if status.state == "running" and status.steps:
-            names = dict.fromkeys(one.method for one in status.learners)
-            lines.show({name: _average(status, name) for name in names})
+            names = sorted({one.method for one in status.learners if one.steps})
+            lines.write([_line(status, name) for name in names])
 
     return tell
 
 
-def _average(status: Status, name: str) -> Progress:
+def _line(status: Status, name: str) -> str:
     """How the learners of a method are doing, on average."""
     some = [one for one in status.learners if one.method == name]
+    won = [one.success for one in some if one.success is not None]
+    if not won:
+        return describe(name, _average(status, some))
+    return describe_batches(
+        name, round(np.mean([one.phase for one in some])),
+        float(np.mean([one.alpha for one in some])), float(np.mean(won)),
+        sum(one.steps for one in some), status.seconds_left,
+    )  # fmt: skip
+
+
+def _average(status: Status, some: Sequence[LearnerStatus]) -> Progress:
+    """How learners of Algorithm 1 are doing, on average."""
     returns = [one.episode_return for one in some if one.episode_return is not None]
     return Progress(
         phase=round(np.mean([one.phase for one in some])), phases=some[0].phases,

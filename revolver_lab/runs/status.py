@@ -20,7 +20,7 @@ class LearnerStatus:
         method: Name of its method.
         seed: Its seed.
         alpha: alpha of its phase.
-        phase: k, from 0.
+        phase: k, from 0; of a natural method the number of iterations.
         phases: Number of phases.
         steps: Environment steps so far [steps].
         episode_return: Mean unshaped return of its latest phase's episodes, as trained, on the
@@ -28,6 +28,8 @@ class LearnerStatus:
         evaluations: Steps and mean unshaped return on the target, of each evaluation so far.
         over: Whether it has come to its end.
         failure: Why it was stopped before, or "".
+        success: Fraction of its latest iteration's trajectories that succeeded; None before the
+            first, and for methods that have none.
     """
 
     method: str
@@ -40,6 +42,7 @@ class LearnerStatus:
     evaluations: tuple[tuple[int, float], ...]
     over: bool
     failure: str
+    success: float | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -105,7 +108,7 @@ def _natural(member: Member, loop: NaturalTransfer) -> LearnerStatus:
         phases=len(done), steps=loop.steps,
         episode_return=done[-1].episode_return if done else None,
         evaluations=tuple((trial.steps, trial.mean) for trial in target), over=loop.over,
-        failure=loop.failure,
+        failure=loop.failure, success=done[-1].success if done else None,
     )  # fmt: skip
 
 
