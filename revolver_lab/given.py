@@ -10,14 +10,17 @@ from revolver_lab.errors import SettingsError
 
 
 def is_number(value: object) -> bool:
-    """Says whether a value is a finite number, and not True or False.
+    """Says whether a value is a finite number that a float can hold, and not True or False.
 
     Example:
-        >>> is_number(0.5), is_number(True), is_number(float("nan"))
-        (True, False, False)
+        >>> is_number(0.5), is_number(True), is_number(float("nan")), is_number(10**400)
+        (True, False, False, False)
     """
-    return (isinstance(value, numbers.Real) and not isinstance(value, bool)
-            and math.isfinite(value))  # fmt: skip
+    try:
+        return (isinstance(value, numbers.Real) and not isinstance(value, bool)
+                and math.isfinite(value))  # fmt: skip
+    except OverflowError:
+        return False
 
 
 def is_whole(value: object, least: int = 0) -> bool:

@@ -205,7 +205,7 @@ class Policy:
             raise refusal(path, f"has the format {metadata.get('format')!r}")
         try:
             card = json.loads(metadata.get("card", "null"))
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise refusal(path, "has a card that is not JSON") from error
         head, activation = metadata.get("head", ""), metadata.get("activation", "")
         return cls(weights=weights, head=head, activation=activation,

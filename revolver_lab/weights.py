@@ -60,7 +60,8 @@ def load_weights(
         weights = load(content)
         metadata = json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")])
         metadata = dict(metadata.get("__metadata__", {}))
-    except (SafetensorError, ValueError, KeyError, AttributeError, TypeError) as error:
+    except (SafetensorError, ValueError, KeyError, AttributeError, TypeError,
+            RecursionError) as error:  # fmt: skip
         raise refusal(path, f"is torn or of another kind ({str(error)[:60]})") from error
     told, older = metadata.pop(_DIGEST, None), metadata.pop(_OLDER, None)
     whole = told == _digest_of_all(weights, metadata) if told else older == digest(weights)

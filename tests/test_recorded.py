@@ -14,8 +14,8 @@ from revolver_lab.runs import recorded, store
 from revolver_lab.runs.markdown import markdown
 from revolver_lab.runs.natural_summary import is_natural, natural_rows
 from revolver_lab.runs.recordings import recorded_kinds
-from revolver_lab.runs.results import read_results
 from revolver_lab.runs.sweep_file import read_sweep
+from revolver_lab.runs.tables import read_results
 from revolver_lab.tasks.locomotion import AntRun
 
 ROOT = Path(__file__).parent.parent

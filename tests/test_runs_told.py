@@ -6,13 +6,16 @@ import json
 import shutil
 import time
 
+import numpy as np
 import pytest
 from small_runs import tiny_plan
 
+from revolver_lab.errors import SettingsError
 from revolver_lab.experts import load_expert
 from revolver_lab.files import asset_folder
 from revolver_lab.gates import SampledGate
 from revolver_lab.learners.natural.settings import NaturalSettings
+from revolver_lab.logs import write_table
 from revolver_lab.natural_methods import NaturalMethod
 from revolver_lab.runs import Plan, Run, recorded, store, worker
 from revolver_lab.runs.markdown import markdown
@@ -88,3 +91,37 @@ def test_a_natural_learner_took_its_own_time_and_a_run_that_of_its_busiest_worke
     busiest = max(sum(own[shard::processes]) for shard in range(processes))
     assert store.read_json(run.folder / store.CARD)["wall_time"] == pytest.approx(busiest, abs=0.01)
     assert run.status().seconds == pytest.approx(busiest, abs=0.01)
+
+
+def test_learners_evaluated_with_more_episodes_than_others_are_put_together_all_the_same(run):
+    other = shutil.copytree(run, run.parent / f"{ROBOT}-more")
+    altered(other, store.CONFIG, evaluate_episodes=20, seeds=[*range(10, 20)])
+    altered(other, store.CARD, digests={})
+    for name in (store.LEARNERS, store.PHASES, store.EVALUATIONS):
+        with open(other / name, newline="") as file:
+            table = [*csv.DictReader(file)]
+        for row in table:
+            row["seed"] = int(row["seed"]) + 10
+            if name == store.EVALUATIONS:  # twice as many, and two better each
+                row["returns"] += " " + " ".join(str(float(r) + 4) for r in row["returns"].split())
+        write_table(other / name, table)
+    together, alone = recorded(ROBOT, folder=run.parent), Run.open(run).results()
+    for method in alone.methods:
+        scores = alone.finals(method).mean(axis=1)
+        assert together.scores()[method] == pytest.approx([*scores, *(scores + 2)])
+        with pytest.raises(SettingsError, match=r"differ in evaluate_episodes \(\[10, 20\] of"):
+            together.finals(method)
+    assert "20" in describe(together).splitlines()[1]
+    apart = recorded(ROBOT, folder=run.parent, settings={"evaluate_episodes": 20})
+    assert apart.finals(method).shape == (10, 20)
+
+
+def test_curves_of_other_steps_are_not_drawn_over_these(run):
+    results = Run.open(run).results()
+    first, *rest = results.learners
+    for steps in (first.steps + 1, first.steps[:-1]):
+        changed = dataclasses.replace(first, steps=steps, curve=first.curve[: len(steps)])
+        mixed = dataclasses.replace(results, learners=(changed, *rest))
+        with pytest.raises(SettingsError, match="differ in evaluate_every"):
+            mixed.curve(first.method)
+    assert np.array_equal(results.curve(first.method)[0], first.steps)

@@ -10,6 +10,7 @@ import numpy as np
 from revolver_lab.errors import PolicyFileError
 from revolver_lab.natural_population import NaturalPopulation
 from revolver_lab.population import Population
+from revolver_lab.runs import shapes
 from revolver_lab.weights import load_weights, save_weights
 
 _NEXT, _LATEST, _PREVIOUS = (f"checkpoint{word}.safetensors" for word in ("-next", "", "-previous"))
@@ -58,9 +59,18 @@ def read_logs(folder: Path) -> list[dict[str, Any]]:
 
     Args:
         folder: Where checkpoints are.
+
+    Raises:
+        SettingsError: If it holds something else.
     """
     found = _latest(folder)
-    return [] if found is None else json.loads(found[1]["plain"])["logs"]
+    if found is None:
+        return []
+    try:
+        value = json.loads(found[1].get("plain", "null"))
+    except (ValueError, RecursionError):
+        value = None
+    return shapes.check(value, shapes.LOGS, folder / _LATEST)["logs"]
 
 
 def _latest(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, str]] | None:

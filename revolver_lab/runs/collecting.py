@@ -36,8 +36,8 @@ def collect(folder: Path, plan: Plan) -> None:
 
 def _collect(folder: Path, plan: Plan) -> None:
     """Writes everything; nobody else does at the time."""
-    shards = [store.shard_folder(folder, shard) for shard in range(store.count_shards(folder))]
-    done = [store.read_json(work / store.DONE) for work in shards]
+    shards = store.shard_folders(folder)
+    done = [store.read_shard(folder, plan, shard) for shard in range(len(shards))]
     place = {member.name: i for i, member in enumerate(plan.members)}
     rows = [row for one in done for row in one["learners"]]
     rows.sort(key=lambda row: place[f"{row['method']}-{row['seed']}"])

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from revolver_lab.runs import store
-from revolver_lab.runs.results import read_results
 from revolver_lab.runs.status import LearnerStatus, Status
+from revolver_lab.runs.tables import read_results
 
 
 def ended(folder: Path) -> Status:
@@ -23,7 +23,7 @@ def ended(folder: Path) -> Status:
         evaluations=tuple(zip(one.steps.tolist(), one.curve.tolist())), over=True,
         failure=one.failure,
     ) for one in read_results(folder).learners)  # fmt: skip
-    plan, card = store.read_plan(folder), store.read_json(folder / store.CARD)
+    plan, card = store.read_plan(folder), store.read_card(folder)
     planned = plan.steps * len(plan.members)
     broken = [f"{one.method}-{one.seed} was stopped: {one.failure}." for one in learners
               if one.failure]  # fmt: skip

@@ -12,7 +12,8 @@ from revolver_lab.errors import SettingsError
 from revolver_lab.files import write_atomically, write_json
 from revolver_lab.logs import write_table
 from revolver_lab.runs import store
-from revolver_lab.runs.results import LearnerResult, Results, read_results
+from revolver_lab.runs.results import LearnerResult, Results
+from revolver_lab.runs.tables import read_results
 
 _MOST_ROWS = 400
 """Of a learner in a table."""
@@ -60,12 +61,13 @@ def _copy(folder: Path, results: Results, natural: bool, copy: Path, command: st
     kept = [results.of(method)[0] for method in results.methods]
     for one in kept:
         _keep_actor(one, copy)
-    card = store.read_json(folder / store.CARD)
+    card = store.read_card(folder)
     for name in (name for name in _TABLES if (folder / name).exists()):
         write_atomically(copy / name, (folder / name).read_bytes())
         if name in (store.ITERATIONS, store.PHASES) and natural:
             _thin(copy / name)
-            card["digests"][name] = store.digest_of(copy / name)
+            altered = {name: store.digest_of(copy / name)}
+            card["digests"] = card.get("digests", {}) | altered
     write_atomically(copy / store.CONFIG, (folder / store.CONFIG).read_bytes())
     left_out = _left_out(kept, len(results.learners))
     write_json(copy / store.CARD, card | {"command": command, "left_out": left_out})

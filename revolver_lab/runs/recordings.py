@@ -12,7 +12,8 @@ from revolver_lab.natural_methods import NATURAL_METHODS
 from revolver_lab.robots import registry
 from revolver_lab.runs import store
 from revolver_lab.runs.plan import Plan
-from revolver_lab.runs.results import Results, read_results
+from revolver_lab.runs.results import Results
+from revolver_lab.runs.tables import read_results
 from revolver_lab.weights import digest
 
 

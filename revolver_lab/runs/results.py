@@ -1,20 +1,15 @@
-"""What the learners of a run came to, read from its tables; several runs can be put together."""
+"""What the learners of a run came to; several runs can be put together."""
 
-import csv
 import dataclasses
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from revolver_lab.errors import PolicyFileError, SettingsError
 from revolver_lab.policies import Policy
 from revolver_lab.runs import store
-from revolver_lab.runs.plan import Plan
 from revolver_lab.stats import Cost
-
-_RESTORE = "Restore it, or delete the folder and train again."
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
@@ -113,16 +108,30 @@ class Results:
         return tuple(one.seed for one in self.of(method))
 
     def finals(self, method: str) -> np.ndarray:
-        """Returns the returns on the target at the end, (seeds, episodes)."""
-        return np.stack([one.returns for one in self.of(method)])
+        """Returns the returns on the target at the end, (seeds, episodes).
+
+        Raises:
+            SettingsError: If some were evaluated with more episodes than others.
+        """
+        some = [one.returns for one in self.of(method)]
+        if len({*map(len, some)}) > 1:
+            raise _uneven(method, "evaluate_episodes", sorted({*map(len, some)}))
+        return np.stack(some)
 
     def scores(self, methods: Iterable[str] | None = None) -> dict[str, np.ndarray]:
         """Returns the mean return of every learner at the end: method -> (seeds,)."""
-        return {name: self.finals(name).mean(axis=1) for name in methods or self.methods}
+        return {name: np.array([one.returns.mean() for one in self.of(name)])
+                for name in methods or self.methods}  # fmt: skip
 
     def curve(self, method: str) -> tuple[np.ndarray, np.ndarray]:
-        """Returns steps, (K,), and mean returns on the target, (seeds, K)."""
+        """Returns steps, (K,), and mean returns on the target, (seeds, K).
+
+        Raises:
+            SettingsError: If some were evaluated at other steps than others.
+        """
         some = self.of(method)
+        if len({tuple(one.steps.tolist()) for one in some}) > 1:
+            raise _uneven(method, "evaluate_every", sorted({len(one.steps) for one in some}))
         return some[0].steps, np.stack([one.curve for one in some])
 
     def kept(self, method: str) -> np.ndarray:
@@ -150,86 +159,10 @@ class Results:
         return dataclasses.replace(self, learners=tuple(some))
 
 
-def read_results(folder: Path) -> Results:
-    """Reads a finished run.
-
-    Args:
-        folder: The run's.
-
-    Raises:
-        SettingsError: If it is not finished, torn, or of another version.
-    """
-    card, plan = store.read_json(folder / store.CARD), store.read_plan(folder)
-    names = (store.LEARNERS, store.PHASES, store.EVALUATIONS)
-    try:
-        rows, phases, evaluations = (_rows(folder / name, card) for name in names)
-        _check_members(rows, plan, folder)
-        natural = plan.learner is None or store.ITERATIONS in card.get("digests", {})
-        iterations = _rows(folder / store.ITERATIONS, card) if natural else []
-        # Natural learners go one after another, each by its own clock; others share a worker's.
-        share = 1.0 if plan.learner is None else int(card["processes"]) / max(len(rows), 1)
-        tables = phases, evaluations, iterations
-        learners = [_learner(row, tables, folder, share) for row in rows]
-        return Results(robot=plan.robot, learners=tuple(learners),
-                       expert_steps=int(card["expert_steps"]), commands=(card["command"],),
-                       expert_return=card.get("expert_return"), task=plan.task)  # fmt: skip
-    except (KeyError, IndexError, ValueError, TypeError, AttributeError) as problem:
-        if isinstance(problem, SettingsError):
-            raise
-        raise SettingsError(f"the tables of {folder}, which are torn ({problem!r})",
-                            "those of a finished run", _RESTORE) from problem  # fmt: skip
-
-
-def _check_members(rows: list[dict[str, str]], plan: Plan, folder: Path) -> None:
-    """Refuses learners that nobody asked for: their names become those of files and folders."""
-    planned = {(member.method.name, str(member.seed)) for member in plan.members}
-    found = [(row["method"], row["seed"]) for row in rows]
-    if len(found) != len(planned) or {*found} != planned:
-        others = sorted({*found} ^ planned)
-        raise SettingsError(
-            f"{folder / store.LEARNERS} and {store.CONFIG}, which differ in {others[:3]!r:.200}",
-            "each learner of the plan, once", _RESTORE,
-        )  # fmt: skip
-
-
-def _learner(
-    row: dict[str, str], tables: tuple[list[dict[str, str]], ...], folder: Path, share: float
-) -> LearnerResult:  # fmt: skip
-    """Puts one learner together from the tables."""
-
-    def mine(rows: list[dict[str, str]]) -> list[dict[str, str]]:
-        return [r for r in rows if (r["method"], r["seed"]) == (row["method"], row["seed"])]
-
-    def numbers(rows: list[dict[str, str]]) -> tuple[dict[str, float], ...]:
-        return tuple({k: float(v or "nan") for k, v in r.items() if k not in ("method", "seed")}
-                     for r in mine(rows))  # fmt: skip
-
-    phases, evaluations, iterations = tables
-    tried = mine(evaluations)
-    played = [np.array(r["returns"].split(), dtype=float) for r in tried]
-    won = tried[-1].get("successes")
-    return LearnerResult(
-        method=row["method"], seed=int(row["seed"]), returns=played[-1],
-        steps=np.array([int(r["steps"]) for r in tried]),
-        curve=np.array([returns.mean() for returns in played]), phases=numbers(phases),
-        cost=Cost(steps=int(row["steps"]), seconds=share * float(row["wall_time"]),
-                  evaluation_steps=int(row["evaluation_steps"])),
-        failure=row["failure"], folder=folder, iterations=numbers(iterations),
-        successes=np.array([*won]) == "1" if won else None,
-        finished=row["finished"] == "True" if "finished" in row else None,
+def _uneven(method: str, field: str, counts: list[int]) -> SettingsError:
+    """Builds the error for learners that cannot be put into one array."""
+    return SettingsError(
+        f"learners of {method} whose plans differ in {field} ({counts} of each)",
+        "learners that were evaluated alike", f"Ask for them apart: recorded(..., "
+        f"settings={{{field!r}: ...}}).",
     )  # fmt: skip
-
-
-def _rows(path: Path, card: dict[str, Any]) -> list[dict[str, str]]:
-    """Reads a table, if it is the one that was written."""
-    try:
-        whole = card.get("digests", {}).get(path.name) in (None, store.digest_of(path))
-        with open(path, newline="") as file:
-            rows = [*csv.DictReader(file)]
-    except OSError as problem:
-        raise SettingsError(f"{path}, which cannot be read", "the table of a finished run",
-                            _RESTORE) from problem  # fmt: skip
-    if not whole:
-        raise SettingsError(f"{path}, which is torn or was altered", "the table that was written",
-                            _RESTORE)  # fmt: skip
-    return rows

@@ -12,14 +12,15 @@ from revolver_lab.experts import load_expert
 from revolver_lab.files import asset_folder, write_json
 from revolver_lab.given import count_of, require, require_path, require_time
 from revolver_lab.policies import Policy
-from revolver_lab.runs import store
+from revolver_lab.runs import shapes, store
 from revolver_lab.runs.checking import check_machine
 from revolver_lab.runs.claim import is_claimed
 from revolver_lab.runs.collecting import collect
 from revolver_lab.runs.ended import ended
 from revolver_lab.runs.plan import Plan
-from revolver_lab.runs.results import Results, read_results
-from revolver_lab.runs.status import LearnerStatus, Status, read
+from revolver_lab.runs.results import Results
+from revolver_lab.runs.status import Status, read
+from revolver_lab.runs.tables import read_results
 
 ROOT = Path("out/runs")
 """Where runs are kept, below the folder one works in."""
@@ -186,30 +187,41 @@ class Run:
         return self.results()
 
     def status(self) -> Status:
-        """Looks at the folder, and returns how the run is doing."""
+        """Looks at the folder, and returns how the run is doing.
+
+        Raises:
+            SettingsError: If a file of it is torn.
+        """
         self._workers[:] = [worker for worker in self._workers if worker.poll() is None]
-        if (self.folder / store.CARD).exists():
-            return ended(self.folder)
-        shards = [
-            store.shard_folder(self.folder, s) for s in range(store.count_shards(self.folder))
-        ]
-        told = [read(work / store.PROGRESS) for work in shards]
-        learners = tuple(one for some, _ in told for one in some)
-        failures = [store.read_json(w / store.FAILED)["message"] for w in shards
+        card = self.folder / store.CARD
+        if not card.exists():
+            try:
+                now = self._unfinished()
+            except SettingsError:  # of a file that somebody else who has just collected took away
+                if not card.exists():
+                    raise
+            else:
+                if now.state == "running" or not card.exists():
+                    return now
+        return ended(self.folder)
+
+    def _unfinished(self) -> Status:
+        """Looks at the shards."""
+        shards = store.shard_folders(self.folder)
+        place = {member.name: i for i, member in enumerate(self.plan.members)}
+        told = [read(work / store.PROGRESS, place) for work in shards]
+        learners = sorted((one for some, _ in told for one in some),
+                          key=lambda one: place[f"{one.method}-{one.seed}"])  # fmt: skip
+        failures = [store.read_json(w / store.FAILED, shapes.FAILED)["message"] for w in shards
                     if (w / store.FAILED).exists()]  # fmt: skip
-        messages = failures or [str(said["message"]) for _, said in told if said.get("message")]
+        messages = failures or [said["message"] for _, said in told if said.get("message")]
         return Status(
-            state=self._state(shards, bool(failures)), learners=self._ordered(learners),
+            state=self._state(shards, bool(failures)), learners=tuple(learners),
             steps=sum(one.steps for one in learners),
             steps_planned=self.plan.steps * len(self.plan.members),
-            seconds=max((float(said.get("seconds", 0.0)) for _, said in told), default=0.0),
+            seconds=max((said.get("seconds", 0.0) for _, said in told), default=0.0),
             message=" ".join(dict.fromkeys(messages)),
         )  # fmt: skip
-
-    def _ordered(self, learners: Sequence[LearnerStatus]) -> tuple[LearnerStatus, ...]:
-        """Puts learners in the order of the plan."""
-        place = {member.name: i for i, member in enumerate(self.plan.members)}
-        return tuple(sorted(learners, key=lambda one: place[f"{one.method}-{one.seed}"]))
 
     def _state(self, shards: Sequence[Path], failed: bool) -> str:
         """Says in a word how an unfinished run is."""

@@ -1,11 +1,12 @@
 """The curves of a run at any moment: whether it is new, running, stopped or finished."""
 
 import dataclasses
+import math
 from pathlib import Path
 from typing import Any
 
 from revolver_lab.runs import checkpoint, store
-from revolver_lab.runs.results import read_results
+from revolver_lab.runs.tables import read_results
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -56,16 +57,21 @@ def _shard(folder: Path, shard: int) -> dict[str, Curves]:
     """Returns the curves of one shard's learners, by name."""
     work, plan = store.shard_folder(folder, shard), store.read_plan(folder)
     if (work / store.DONE).exists():
-        logs = store.read_json(work / store.DONE)["learners"]
+        logs = store.read_shard(folder, plan, shard)["learners"]
     else:
         logs = checkpoint.read_logs(work)
     members = store.shard_members(folder, plan, shard)
     return {
         member.name: Curves(
             method=member.method.name, seed=member.seed,
-            phases=tuple(log.get("iterations") or log["phases"]),
+            phases=tuple(map(_with_nan, log.get("iterations") or log["phases"])),
             evaluations=tuple((e["steps"], sum(e["returns"]) / len(e["returns"]))
                               for e in log["evaluations"]),
         )
         for member, log in zip(members, logs)
     }  # fmt: skip
+
+
+def _with_nan(phase: dict[str, Any]) -> dict[str, Any]:
+    """Puts nan where JSON has null."""
+    return {name: math.nan if value is None else value for name, value in phase.items()}

@@ -2,7 +2,7 @@
 
 import dataclasses
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ from revolver_lab.methods import Member
 from revolver_lab.natural_loop import NaturalTransfer
 from revolver_lab.natural_population import NaturalPopulation
 from revolver_lab.population import Population
+from revolver_lab.runs import shapes
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -112,21 +113,23 @@ def _natural(member: Member, loop: NaturalTransfer) -> LearnerStatus:
     )  # fmt: skip
 
 
-def read(path: Path) -> tuple[tuple[LearnerStatus, ...], Mapping[str, Any]]:
+def read(path: Path, names: Collection[str]) -> tuple[tuple[LearnerStatus, ...], Mapping[str, Any]]:
     """Reads what a worker wrote; nothing where it has not written yet, or not well.
 
     Args:
         path: Its progress file.
+        names: Of the learners that it may speak of.
 
     Returns:
         One record a learner, and what the worker says of itself.
     """
     try:
-        value = json.loads(path.read_text())
+        value = shapes.check(json.loads(path.read_text()), shapes.PROGRESS, path)
         learners = tuple(
             LearnerStatus(**{**one, "evaluations": tuple(map(tuple, one["evaluations"]))})
             for one in value["learners"]
         )
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, TypeError, RecursionError):
         return (), {}
-    return learners, value
+    known = all(f"{one.method}-{one.seed}" in names for one in learners)
+    return (learners, value) if known else ((), {})

@@ -11,6 +11,7 @@ from revolver_lab.errors import SettingsError
 from revolver_lab.files import write_json
 from revolver_lab.logs import TransferLog
 from revolver_lab.methods import Member
+from revolver_lab.runs import shapes
 from revolver_lab.runs.plan import Plan
 
 CONFIG, CARD, EXPERT = "config.json", "card.json", "expert.safetensors"
@@ -21,19 +22,48 @@ PROGRESS, LOG, DONE, FAILED, LOCK = "progress.json", "log.txt", "done.json", "fa
 CURRENT = "current.safetensors"
 
 
-def read_json(path: Path) -> Any:
+def read_json(path: Path, shape: shapes.Shape | None = None) -> Any:
     """Reads JSON that this package wrote.
 
+    Args:
+        path: The file.
+        shape: What it has to hold; None is anything.
+
     Raises:
-        SettingsError: If it is missing or torn.
+        SettingsError: If it is missing or torn, or holds something else.
     """
     try:
-        return json.loads(path.read_text())
-    except (OSError, ValueError) as problem:
-        raise SettingsError(
-            f"{path}, which cannot be read ({problem})", "a file of a run",
-            "Restore it, or delete the folder and train again.",
-        ) from problem  # fmt: skip
+        value = json.loads(path.read_text())
+    except (OSError, ValueError, RecursionError) as problem:
+        raise SettingsError(f"{path}, which cannot be read ({problem})", "a file of a run",
+                            shapes.RESTORE) from problem  # fmt: skip
+    return value if shape is None else shapes.check(value, shape, path)
+
+
+def read_card(folder: Path) -> dict[str, Any]:
+    """Returns the card of a finished run.
+
+    Raises:
+        SettingsError: If there is none, or it is torn.
+    """
+    return read_json(folder / CARD, shapes.CARD)
+
+
+def read_shard(folder: Path, plan: Plan, shard: int) -> dict[str, Any]:
+    """Returns what `write_shard` wrote of a shard that is done.
+
+    Raises:
+        SettingsError: If it is torn, or of other learners than the shard's.
+    """
+    path = shard_folder(folder, shard) / DONE
+    found = read_json(path, shapes.DONE_NATURAL if plan.learner is None else shapes.DONE)
+    planned = [(m.method.name, m.seed) for m in shard_members(folder, plan, shard)]
+    told = [(row["method"], row["seed"]) for row in found["learners"]
+            if row["phases"] and row["evaluations"] and row.get("iterations", True)]  # fmt: skip
+    if told != planned:
+        raise SettingsError(f"{path} that tells of {told!r:.200}", f"{planned!r:.200}",
+                            shapes.RESTORE)  # fmt: skip
+    return found
 
 
 def digest_of(path: Path) -> str:
@@ -59,7 +89,12 @@ def shard_folder(folder: Path, shard: int) -> Path:
 def count_shards(folder: Path) -> int:
     """Returns how many shards a run was parted into, 0 where it has not begun."""
     path = folder / SHARDS
-    return int(read_json(path)["shards"]) if path.exists() else 0
+    return read_json(path, shapes.SHARDED)["shards"] if path.exists() else 0
+
+
+def shard_folders(folder: Path) -> list[Path]:
+    """Returns where the workers of all shards keep their files."""
+    return [shard_folder(folder, shard) for shard in range(count_shards(folder))]
 
 
 def shard_members(folder: Path, plan: Plan, shard: int) -> tuple[Member, ...]:

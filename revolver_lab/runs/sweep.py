@@ -9,7 +9,7 @@ from pathlib import Path
 from revolver_lab.errors import MissingExtraError, SettingsError
 from revolver_lab.given import count_of, require, require_call, require_time
 from revolver_lab.robots.own import VARIABLE
-from revolver_lab.runs import store, worker
+from revolver_lab.runs import shapes, store, worker
 from revolver_lab.runs.claim import ShardTakenError, is_claimed
 from revolver_lab.runs.plan import Plan
 from revolver_lab.runs.run import PROCESSES, ROOT, Run
@@ -122,7 +122,7 @@ def _hand_out(
 
 def _failures(jobs: Sequence[Job]) -> list[str]:
     """Returns what went wrong, and where."""
-    return [f"{_work(job)}: {store.read_json(_work(job) / store.FAILED)['message']}"
+    return [f"{_work(job)}: {store.read_json(_work(job) / store.FAILED, shapes.FAILED)['message']}"
             for job in jobs if (_work(job) / store.FAILED).exists()]  # fmt: skip
 
 

@@ -46,7 +46,7 @@ def read_sweep(path: str | Path) -> tuple[Plan, ...]:
     path = Path(path)
     try:
         found = tomllib.loads(path.read_text())
-    except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+    except (OSError, ValueError, RecursionError) as problem:  # of which some are torn TOML
         raise _refusal(f"{path}, which cannot be read ({problem})") from problem
     return plans_of(found, str(path))
 
