@@ -37,25 +37,23 @@ def claimed(folder: Path, patience: float = 0.0) -> Iterator[None]:
         yield
 
 
-def _lock(file: IO[str]) -> bool:
-    """Takes the lock if it is free."""
+def _lock(file: IO[str], shared: bool = False) -> bool:
+    """Takes the lock if it is free, for oneself or together with others who only look."""
     try:
         import fcntl
     except ImportError:  # no such locks on Windows
         return True
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
     return True
 
 
 def is_claimed(folder: Path) -> bool:
-    """Says whether a worker is at a shard now."""
+    """Says whether a worker is at a shard now; looking writes nothing."""
     try:
-        with claimed(folder):
-            return False
-    except FileNotFoundError:  # it is done, and cleared away
+        with open(folder / store.LOCK) as file:
+            return not _lock(file, shared=True)
+    except FileNotFoundError:  # nobody has begun, or it is done, and cleared away
         return False
-    except ShardTakenError:
-        return True
