@@ -2,6 +2,9 @@
 
 import dataclasses
 import io
+import lzma
+import struct
+import tokenize
 import zipfile
 import zlib
 from pathlib import Path
@@ -13,7 +16,11 @@ from revolver_lab.files import output_file, write_atomically
 
 _KINDS = {"lengths": np.int64, "observations": np.float32, "actions": np.float32,
           "next_observations": np.float32, "rewards": np.float64}  # fmt: skip
-_TORN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error)
+# Of a zip that is encrypted or packed in another way, and of a header that is none or asks for
+# more memory than there is.
+_TORN = (OSError, ValueError, EOFError, LookupError, TypeError, MemoryError, RuntimeError,
+         OverflowError, SyntaxError, tokenize.TokenError, struct.error, zipfile.BadZipFile,
+         zlib.error, lzma.LZMAError)  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,7 +54,8 @@ class Demonstrations:
         for name, kind in _KINDS.items():
             try:
                 value = np.asarray(getattr(self, name))
-                object.__setattr__(self, name, value.astype(kind, casting="same_kind"))
+                with np.errstate(over="ignore"):  # what is too large is refused as infinite
+                    object.__setattr__(self, name, value.astype(kind, casting="same_kind"))
             except (TypeError, ValueError) as error:
                 raise refusal(f"{name} that are no {np.dtype(kind)} numbers") from error
         problem = _problem(self)
@@ -115,8 +123,7 @@ class Demonstrations:
             DemonstrationsError: If it is missing, torn, or of another kind.
         """
         try:
-            with np.load(path, allow_pickle=False) as file:
-                found = {name: file[name] for name in (*_KINDS, "origin") if name in file}
+            found = _arrays(path)
         except _TORN as error:
             raise refusal(f"the file {str(path)!r}, which cannot be read") from error
         lacking = {"lengths", "observations", "actions"} - set(found)
@@ -145,15 +152,32 @@ def shifted(observations: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, 
     return np.roll(observations, -1, axis=0), known
 
 
+def _arrays(path: str | Path) -> dict[str, np.ndarray]:
+    """Reads the arrays of an npz by name; a file of another kind is a TypeError."""
+    file = np.load(path, allow_pickle=False)
+    if not isinstance(file, np.lib.npyio.NpzFile):  # a single array
+        raise TypeError("no npz")
+    with file:
+        found = {name: file[name] for name in (*_KINDS, "origin") if name in file}
+    if not all(isinstance(value, np.ndarray) for value in found.values()):
+        raise TypeError("no arrays")
+    return found
+
+
 def _completed(found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Fills in rewards of 0, and next observations where the file has none."""
+    scalars = [name for name, value in found.items() if value.ndim == 0]
+    if scalars:
+        raise refusal(f"{scalars} without rows")
     found.setdefault("rewards", np.zeros(len(found["observations"])))
     if "next_observations" in found:
         return found
     rows = {name: found[name] for name in _KINDS if name in found and name != "lengths"}
     lengths = found["lengths"]
     whole = lengths.ndim == 1 and lengths.dtype.kind in "iu" and len(lengths) > 0
-    if not whole or lengths.min() < 2 or {len(x) for x in rows.values()} != {lengths.sum()}:
+    # Lengths are bounded before they are added up: their sum could come round to what is right.
+    whole = whole and lengths.min() >= 2 and lengths.max() <= len(rows["observations"])
+    if not whole or {len(x) for x in rows.values()} != {lengths.sum()}:
         raise refusal(f"arrays of {[len(x) for x in rows.values()]} rows in episodes of "
                       f"{lengths.tolist()[:5]}, ...")  # fmt: skip
     following, known = shifted(rows["observations"], lengths)
@@ -172,6 +196,8 @@ def _problem(some: Demonstrations) -> str | None:
             return f"numbers in {name} that are not finite"
     if not len(some.lengths) or some.lengths.min() < 1:
         return f"episodes of {some.lengths.tolist()[:5]} transitions"
+    if some.lengths.max() > len(some.observations):
+        return f"episodes of {some.lengths.tolist()[:5]} transitions in {len(some.observations)}"
     if {shape[0] for name, shape in shapes.items() if name != "lengths"} != {some.lengths.sum()}:
         return f"arrays of shapes {shapes} for {some.lengths.sum()} transitions"
     if shapes["observations"] != shapes["next_observations"]:
