@@ -58,9 +58,11 @@ def output_folder(folder: str | Path) -> Path:
         folder: Where results are to go.
 
     Raises:
-        SettingsError: If it is no path, or cannot be made, or written to.
+        SettingsError: If it is no path, has no name, or cannot be made or written to.
     """
     require_path("out", folder)
+    if not str(folder):  # Path("") would be the folder one works in
+        raise SettingsError("out = '', an empty name", "the name of a folder", "Try out/x.")
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -351,6 +351,28 @@ def test_transfer_trains_a_run_and_tells_how_it_is_doing(tmp_path, capsys):
     assert first.out.splitlines()[-1] == "revolver-lab " + " ".join(words[: -len(root)])
 
 
+@pytest.mark.parametrize(
+    "words",
+    [["transfer", NAME, "-o", ""], ["transfer", NAME, "--root", ""], ["transfer", "--plan", ""],
+     ["transfer", NAME, "--policy", ""], ["transfer", NAME, "--policy="], ["sweep", ""],
+     ["sweep", "x.toml", "--root", ""], ["evaluate", NAME, "--policy", ""],
+     ["train-expert", NAME, "-o", ""], ["keep", "x", "-o", ""], ["keep", "", "-o", "x"],
+     ["tensorboard", ""], ["tensorboard", "x", "-o", ""], ["report", "x", "--csv", ""],
+     ["report", ""], ["record", NAME, "-o", ""], ["strip", NAME, "-o", ""],
+     ["gif", NAME, "-o", "x.gif", "--policy", "expert", ""]],
+    ids=" ".join,
+)  # fmt: skip
+def test_an_empty_name_is_not_the_folder_one_works_in(words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rvl.load_expert(NAME).save(tmp_path / "policy.safetensors")  # what "" as a policy would find
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(SystemExit) as caught:
+        cli.main(words)
+    assert caught.value.code == 2
+    assert "an empty name" in capsys.readouterr().err
+    assert sorted(tmp_path.rglob("*")) == before
+
+
 @pytest.mark.parametrize("flag", [["--root", "x"], ["--processes", "1"], ["--every", "5"]])
 def test_what_belongs_to_a_run_asks_for_one(flag, monkeypatch, capsys):
     asked = []

@@ -94,6 +94,14 @@ def test_where_nothing_can_be_saved_nothing_is_trained(ask, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
+@pytest.mark.parametrize("ask", [transfer, natural, expert])
+def test_an_empty_name_is_no_place_to_save(ask, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SettingsError, match=r"out = ''.*the name of a folder"):
+        ask(out="")
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_policy_and_a_log_say_what_they_are_in_a_line():
     log = natural()
     assert repr(log) == f"NaturalLog('puck', seed 0, {log.steps} steps, " \
