@@ -157,6 +157,16 @@ def test_a_cell_that_is_no_number_is_refused(run, table, column, value, capsys):
     one_line(["tensorboard", run, "-o", run / "tb"], capsys)
 
 
+def test_a_column_that_is_gone_is_missed(run):
+    change_card(run)
+    for column in ("episode_return", "alpha", "steps"):
+        whole = (run / store.PHASES).read_text()
+        (run / store.PHASES).write_text(whole.replace(column, "other", 1))
+        with pytest.raises(SettingsError, match="which are torn"):
+            Run.open(run).status()
+        (run / store.PHASES).write_text(whole)
+
+
 @pytest.mark.parametrize("table", [store.PHASES, store.EVALUATIONS])
 def test_a_learner_without_a_row_in_a_table_is_refused(run, table):
     change_card(run)

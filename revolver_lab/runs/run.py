@@ -197,12 +197,11 @@ class Run:
         if not card.exists():
             try:
                 now = self._unfinished()
+                if now.state == "running" or not card.exists():
+                    return now
             except SettingsError:  # of a file that somebody else who has just collected took away
                 if not card.exists():
                     raise
-            else:
-                if now.state == "running" or not card.exists():
-                    return now
         return ended(self.folder)
 
     def _unfinished(self) -> Status:

@@ -104,8 +104,9 @@ def _numbers(rows: list[dict[str, str]], *known: str) -> tuple[dict[str, float],
     """
     found = [{k: float(v or "nan") for k, v in r.items() if k not in ("method", "seed")}
              for r in rows]  # fmt: skip
-    if not all(math.isfinite(one[name]) for one in found for name in known):
-        raise ValueError(f"{known} that are no numbers")
+    if not all("episode_return" in one and all(math.isfinite(one[name]) for name in known)
+               for one in found):  # fmt: skip
+        raise ValueError(f"{known} that are no numbers, or no episode_return")
     return tuple(found)
 
 
