@@ -339,7 +339,9 @@ for row in natural_rows(read(name, natural=True, settings={"task": "staged"})):
 # Paid on the way, the expert learns it on two fingers alone, in about as many iterations as it
 # takes through the hands between without such pay. (Who imitates five fingers does not, within
 # these steps.) The hands between do what the stages of a reward do, and nobody had to think of
-# any. That the paper's direct fine-tuning never got there may be due to its δ.
+# any. That the paper's direct fine-tuning never got there may be due to its δ. (With a hammer,
+# stages are not enough: none of 40 learners, paid by stages or for every bit of progress, comes
+# beyond 0.37 in the steps of REvolveR, which comes to 0.97 paid for the driven nail alone.)
 #
 # The same on the shorter way, on which three fingers shrink and the other two stay what they are;
 # with a hammer, which has to be picked up first; and with a ball, to be carried to a place in the

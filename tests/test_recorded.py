@@ -125,6 +125,16 @@ def test_with_a_dense_reward_direct_transfer_and_dapg_open_the_door_soil_in_part
     assert good == {"npg-direct": 5, "dapg": 5, "soil": 2, "npg-scratch": 0}
 
 
+@pytest.mark.parametrize(("task", "best"), [("staged", 0.37), ("dense", 0.35)])
+def test_no_reward_for_the_way_drives_the_nail_in_the_steps_of_the_hands_between(task, best):
+    found = recorded("adroit-hammer", natural=True, settings={"task": task})
+    won = {name: [np.mean(one.successes) for one in found.of(name)] for name in found.methods}
+    assert {name: len(some) for name, some in won.items()} == dict.fromkeys(won, 5)
+    assert set(won) == {"npg-direct", "npg-scratch", "dapg", "soil"}
+    assert max(max(some) for some in won.values()) == pytest.approx(best)
+    assert sum(x > 0 for some in won.values() for x in some) == {"staged": 4, "dense": 3}[task]
+
+
 def test_where_an_ant_grows_feet_every_seed_of_soil_runs_and_returns_more_than_any_of_direct():
     scores = recorded("ant-leg-emerge", natural=True).scores()
     assert scores["soil"].min() > 1.4 * scores["npg-direct"].max() > AntRun.idle_return
