@@ -27,7 +27,7 @@ demo-cheetah: $(VENV)/ready-train  ## an expert fails on a changed cheetah; Algo
 
 test: test-default test-pages  ## every claim of the package, in minutes
 
-test-default: $(VENV)/ready-dev  ## what needs no notebook and no browser, in two minutes
+test-default: $(VENV)/ready-dev  ## what needs no notebook and no browser, in under three minutes
 	$(BIN)/python -m pytest -q -n 2 --dist worksteal --ignore tests/test_browser.py tests revolver_lab
 
 test-pages: $(VENV)/ready-dev  ## the notebooks, executed; and in JupyterLab where Chromium is present
