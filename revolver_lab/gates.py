@@ -73,9 +73,8 @@ class Gate:
         value = getattr(self, name)
         fits = (is_whole(value) if whole else is_number(value)) and low <= value <= high
         if not fits or (value == low and not least):
-            kind = "a whole number" if whole else "a number"
-            raise SettingsError(f"{name} = {value!r}", f"{kind} in {'[' if least else '('}{low}, "
-                                f"{high}]", f"{type(self).__name__}() is a start.")  # fmt: skip
+            allowed = f"a {'whole ' * whole}number in {'[' if least else '('}{low}, {high}]"
+            raise SettingsError(f"{name} = {value!r}", allowed, f"Try {type(self).__name__}().")
 
     def begin(self) -> Position:
         """Returns where the path begins."""
@@ -237,9 +236,9 @@ def gate_from_json(value: Mapping[str, Any]) -> Gate:
         10
     """
     require("a gate", value, Mapping, "See Gate.to_json().")
-    kind, fields = GATES.get(str(value.get("gate"))), {k: value[k] for k in value if k != "gate"}
-    if kind is None:
-        raise SettingsError(f"gate = {value.get('gate')!r}", f"one of {[*GATES]}", "Take one.")
+    name, fields = value.get("gate"), {key: value[key] for key in value if key != "gate"}
+    if (kind := GATES.get(str(name))) is None:
+        raise SettingsError(f"gate = {name!r}", f"one of {[*GATES]}", "Take one.")
     require_fields(kind.__name__, fields, kind)
     return kind(**fields)
 

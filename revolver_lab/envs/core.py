@@ -99,22 +99,21 @@ class Controls:
         Raises:
             SettingsError: If it has no actuator.
         """
-        if model.nu == 0:
+        alone = cls.each([model])
+        return cls(low=alone.low[0], high=alone.high[0])
+
+    @classmethod
+    def each(cls, models: Sequence[mujoco.MjModel]) -> "Controls":
+        """Read the ranges of n robots of one layout, which may change along the path, (n, nu)."""
+        if models[0].nu == 0:
             raise SettingsError(
                 "a robot without actuators", "one or more: an action has a number for each",
                 "To a URDF, which has none: MjSpec.from_file, add_actuator; pass that MjSpec.",
             )  # fmt: skip
-        limited = model.actuator_ctrllimited.astype(bool)[:, None]
-        low, high = np.where(limited, model.actuator_ctrlrange, [-1.0, 1.0]).T
-        return cls(low=low.copy(), high=high.copy())
-
-    @classmethod
-    def each(cls, models: Sequence[mujoco.MjModel]) -> "Controls":
-        """Read the ranges of n robots, which may change along the path, (n, nu)."""
-        alone = [cls.of(model) for model in models]
-        return cls(
-            low=np.stack([one.low for one in alone]), high=np.stack([one.high for one in alone])
-        )
+        limited = np.array([model.actuator_ctrllimited for model in models], dtype=bool)
+        ranges = np.array([model.actuator_ctrlrange for model in models])
+        ranges = np.where(limited[..., None], ranges, [-1.0, 1.0])
+        return cls(low=ranges[..., 0].copy(), high=ranges[..., 1].copy())
 
     @functools.cached_property
     def _half(self) -> np.ndarray:

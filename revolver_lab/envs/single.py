@@ -69,7 +69,7 @@ class RobotEnv(gymnasium.Env):
         self.observation_space, self.action_space = spaces_of(self.task.observation_size, model.nu)
         self.metadata = {
             "render_modes": ["rgb_array"],
-            "render_fps": round(1.0 / (model.opt.timestep * self.task.n_substeps)),
+            "render_fps": round(1.0 / float(self.task.step_seconds)),
         }
         self._seeded = False
 

@@ -44,7 +44,7 @@ def align(
         source.memory = int(models[1].narena)
     pairs["wrap"] = _paired_wraps(source, target, pairs)
     pairs["hfield"] = align_terrains(source, target, pairs, models)
-    felt = _sensed(source), _sensed(target)
+    felt = [_sensed(spec, mujoco.mjtObj.mjOBJ_GEOM) for spec in (source, target)]
     for kind in ("geom", "site"):
         for a, b in _paired(source, target, pairs, kind):
             if np.array_equal(a.fromto, b.fromto, equal_nan=True):
@@ -64,7 +64,7 @@ def align(
         align_laws(a, b)
     for a, b in _paired(source, target, pairs, "key"):
         _align_keys(a, b, models)
-    seen = _seen_by_sensors(source), _seen_by_sensors(target)
+    seen = [_sensed(spec, mujoco.mjtObj.mjOBJ_CAMERA) for spec in (source, target)]
     for a, b in _paired(source, target, pairs, "camera"):
         if a.name not in seen[0] and b.name not in seen[1]:  # it is only looked through
             for attribute in DISCRETE["camera"]:
@@ -116,11 +116,11 @@ def _are_opposed(a: Element, b: Element) -> bool:
     return bool((stop - begin) @ (end - start) < 0.0)
 
 
-def _sensed(spec: mujoco.MjSpec) -> set[str]:
-    """Names of the geoms that a sensor refers to, and may tell the frame of."""
-    objects = ((s.objtype, s.objname, s.reftype, s.refname) for s in spec.sensors)
-    named = {pair for one, name, other, ref in objects for pair in ((one, name), (other, ref))}
-    return {name for kind, name in named if kind == mujoco.mjtObj.mjOBJ_GEOM}
+def _sensed(spec: mujoco.MjSpec, kind: mujoco.mjtObj) -> set[str]:
+    """Names of the geoms, or cameras, that a sensor refers to, and may tell the frame of."""
+    named = [(each.objtype, each.objname) for each in spec.sensors]
+    named += [(each.reftype, each.refname) for each in spec.sensors]
+    return {name for found, name in named if found == kind}
 
 
 def _is_all_ends(element: Element, sensed: set[str]) -> bool:
@@ -142,13 +142,6 @@ def _align_keys(a: Element, b: Element, models: tuple[mujoco.MjModel, mujoco.MjM
         if bool(len(getattr(a, field))) != bool(len(getattr(b, field))):
             for key, model in zip((a, b), models):
                 setattr(key, field, getattr(model, f"key_{field}")[key.id].tolist())
-
-
-def _seen_by_sensors(spec: mujoco.MjSpec) -> set[str]:
-    """Names of the cameras whose pictures a sensor measures."""
-    named = [(each.objtype, each.objname) for each in spec.sensors]
-    named += [(each.reftype, each.refname) for each in spec.sensors]
-    return {name for kind, name in named if kind == mujoco.mjtObj.mjOBJ_CAMERA}
 
 
 def _simple_in_places(

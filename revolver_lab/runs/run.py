@@ -33,7 +33,6 @@ _ENVIRONMENT = {
 
 PROCESSES = 2
 """Workers of a run: two of one thread each keep two cores busier than one of two threads."""
-
 EVERY = 60.0
 """Seconds between checkpoints [s]."""
 

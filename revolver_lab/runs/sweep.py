@@ -12,7 +12,7 @@ from revolver_lab.robots.own import VARIABLE
 from revolver_lab.runs import shapes, store, worker
 from revolver_lab.runs.claim import ShardTakenError, is_claimed
 from revolver_lab.runs.plan import Plan
-from revolver_lab.runs.run import PROCESSES, ROOT, Run
+from revolver_lab.runs.run import EVERY, PROCESSES, ROOT, Run
 
 _TRIES = 5  # of a machine on which no learner gets anywhere
 
@@ -22,7 +22,8 @@ Job = tuple[Path, int]
 
 def sweep(
     plans: Sequence[Plan], *, root: str | Path = ROOT, jobs: int = PROCESSES,
-    cluster: str | None = None, every: float = 60.0, told: Callable[[int, int], None] | None = None,
+    cluster: str | None = None, every: float = EVERY,
+    told: Callable[[int, int], None] | None = None,
 ) -> tuple[Run, ...]:  # fmt: skip
     """Trains everything that is not yet trained, and returns the runs.
 

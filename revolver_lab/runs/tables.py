@@ -37,9 +37,9 @@ def read_results(folder: Path) -> Results:
         return Results(robot=plan.robot, learners=tuple(learners),
                        expert_steps=card["expert_steps"], commands=(card["command"],),
                        expert_return=card.get("expert_return"), task=plan.task)  # fmt: skip
+    except SettingsError:
+        raise
     except (KeyError, IndexError, ValueError, TypeError, AttributeError, csv.Error) as problem:
-        if isinstance(problem, SettingsError):
-            raise
         raise SettingsError(f"the tables of {folder}, which are torn ({problem!r})",
                             "those of a finished run", shapes.RESTORE) from problem  # fmt: skip
 
