@@ -135,6 +135,16 @@ def test_no_reward_for_the_way_drives_the_nail_in_the_steps_of_the_hands_between
     assert sum(x > 0 for some in won.values() for x in some) == {"staged": 4, "dense": 3}[task]
 
 
+@pytest.mark.parametrize(("task", "good"), [
+    ("staged", {"npg-direct": 0, "dapg": 1}), ("dense", {"soil": 1, "npg-scratch": 0}),
+])  # fmt: skip
+def test_no_reward_for_the_way_carries_the_ball_in_every_seed_as_the_hands_between_do(task, good):
+    found = recorded("adroit-relocate-fingers", natural=True, settings={"task": task})
+    rows = natural_rows(found)
+    assert {row["method"]: row["good"] for row in rows} == good
+    assert {row["seeds"] for row in rows} == {5}
+
+
 def test_where_an_ant_grows_feet_every_seed_of_soil_runs_and_returns_more_than_any_of_direct():
     scores = recorded("ant-leg-emerge", natural=True).scores()
     assert scores["soil"].min() > 1.4 * scores["npg-direct"].max() > AntRun.idle_return
