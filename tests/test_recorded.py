@@ -146,6 +146,20 @@ def test_no_reward_for_the_way_carries_the_ball_in_every_seed_as_the_hands_betwe
     assert {row["seeds"] for row in rows} == {5}
 
 
+@pytest.mark.parametrize(("robot", "said"), [
+    ("adroit-door", "524,000 (it takes 531,840)"), ("adroit-hammer", "1,210,000 (1,232,640)"),
+    ("adroit-relocate-fingers", "2,956,800 (2,979,840)"),
+    ("adroit-door-fingers", "384,000 (368,640)"),
+])  # fmt: skip
+def test_the_page_says_how_many_steps_baselines_have_beside_the_median_of_revolver(robot, said):
+    budget, taken = (int(x.replace(",", "")) for x in re.findall(r"[\d,]+\d", said))
+    found = recorded(robot, ["npg-revolver", "npg-scratch"], natural=True)
+    assert np.median([one.cost.steps for one in found.of("npg-revolver")]) == taken
+    spent = {one.cost.steps for one in found.of("npg-scratch")}
+    assert {budget + -budget % 3840} == spent  # the iteration that reaches it is made whole
+    assert said in " ".join((ROOT / "docs" / "hand.md").read_text().split())
+
+
 def test_where_an_ant_grows_feet_every_seed_of_soil_runs_and_returns_more_than_any_of_direct():
     scores = recorded("ant-leg-emerge", natural=True).scores()
     assert scores["soil"].min() > 1.4 * scores["npg-direct"].max() > AntRun.idle_return
