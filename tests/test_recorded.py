@@ -136,8 +136,8 @@ def test_no_reward_for_the_way_drives_the_nail_in_the_steps_of_the_hands_between
 
 
 @pytest.mark.parametrize(("task", "good"), [
-    ("staged", {"npg-direct": 0, "dapg": 1, "soil": 2}),
-    ("dense", {"dapg": 2, "soil": 1, "npg-scratch": 0}),
+    ("staged", {"npg-direct": 0, "dapg": 1, "soil": 2, "npg-scratch": 0}),
+    ("dense", {"npg-direct": 1, "dapg": 2, "soil": 1, "npg-scratch": 0}),
 ])  # fmt: skip
 def test_no_reward_for_the_way_carries_the_ball_in_every_seed_as_the_hands_between_do(task, good):
     found = recorded("adroit-relocate-fingers", natural=True, settings={"task": task})
