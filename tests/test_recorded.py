@@ -144,6 +144,9 @@ def test_no_reward_for_the_way_carries_the_ball_in_every_seed_as_the_hands_betwe
     rows = natural_rows(found)
     assert {row["method"]: row["good"] for row in rows} == good
     assert {row["seeds"] for row in rows} == {5}
+    sparse = natural_rows(recorded("adroit-relocate-fingers", list(good), natural=True))
+    usual = {row["method"]: row["success"] for row in sparse}
+    assert {row["method"] for row in rows if row["success"] > usual[row["method"]]} == {"dapg"}
 
 
 @pytest.mark.parametrize(("robot", "said"), [
