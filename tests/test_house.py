@@ -188,11 +188,17 @@ def test_the_notation_reserves_its_names():
             assert not re.search(r"\b(log_alpha|alpha_loss|alpha_lr)\b", path.read_text())
 
 
-def test_the_readme_is_short_and_its_code_and_links_work():
+@pytest.mark.parametrize(
+    "page", [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")], ids=lambda p: p.name
+)
+def test_what_a_page_links_to_is_there(page):
+    for link in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
+        assert (page.parent / link).exists(), link
+
+
+def test_the_readme_is_short_and_its_commands_are_known():
     text = (ROOT / "README.md").read_text()
     assert len(text.splitlines()) <= 100
-    for link in re.findall(r"\]\(([^)#:]+)\)", text):
-        assert (ROOT / link).exists(), link
     for command in re.findall(r"^make ([a-z-]+)", text, re.M):
         assert f"\n{command}:" in (ROOT / "Makefile").read_text(), command
 
