@@ -347,8 +347,8 @@ for row in natural_rows(read(name, natural=True, settings={"task": "staged"})):
 #
 # The same on the shorter way, on which three fingers shrink and the other two stay what they are;
 # with a hammer, which has to be picked up first; and with a ball, to be carried to a place in the
-# air, on the shorter way. The whole way to the gripper it has gone in five recorded runs, with less
-# noise, to 0.85 to 0.94 and not more: see `docs/hand.md`.
+# air, on the shorter way. The whole way to the gripper it has gone in ten recorded runs, with less
+# noise, to 0.85 to 0.94 and not more, a confirmed end or not: see `docs/hand.md`.
 
 # %%
 for robot in lesson.robots[1:]:

@@ -113,6 +113,14 @@ def test_the_ball_is_met_without_robots_between_and_yet_no_baseline_carries_it_a
     assert {len(some) for some in won.values()} == {5}
 
 
+def test_the_ball_comes_to_the_gripper_in_every_seed_and_to_nine_in_ten_in_most():
+    rows = natural_rows(recorded("adroit-relocate", ["quiet", "quiet-confirmed"], natural=True))
+    found = [
+        tuple(row[x] for x in ("method", "good", "seeds", "least", "farthest")) for row in rows
+    ]
+    assert found == [("quiet", 3, 5, 0.85, 1.0), ("quiet-confirmed", 4, 5, 0.89, 1.0)]
+
+
 def test_where_three_fingers_shrink_direct_opens_the_door_in_four_seeds_and_imitation_in_none():
     good = {row["method"]: row["good"]
             for row in natural_rows(recorded("adroit-door-fingers", natural=True))}  # fmt: skip
