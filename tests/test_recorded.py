@@ -121,6 +121,15 @@ def test_the_ball_comes_to_the_gripper_in_every_seed_and_to_nine_in_ten_in_most(
     assert found == [("quiet", 3, 5, 0.85, 1.0), ("quiet-confirmed", 4, 5, 0.89, 1.0)]
 
 
+def test_without_robots_between_no_episode_brings_the_ball_in_the_gripper_where_quiet_has_arrived():
+    direct = recorded("adroit-relocate", ["npg-direct"], natural=True)
+    assert len(direct.learners) == 5
+    assert not any(np.any(one.successes) for one in direct.learners)
+    quiet = recorded("adroit-relocate", ["quiet"], natural=True)
+    taken = np.median([one.cost.steps for one in quiet.learners])
+    assert {one.cost.steps for one in direct.learners} == {taken} == {6_877_440}
+
+
 def test_where_three_fingers_shrink_direct_opens_the_door_in_four_seeds_and_imitation_in_none():
     good = {row["method"]: row["good"]
             for row in natural_rows(recorded("adroit-door-fingers", natural=True))}  # fmt: skip
