@@ -125,6 +125,11 @@ def test_without_robots_between_no_episode_brings_the_ball_in_the_gripper_where_
     direct = recorded("adroit-relocate", ["npg-direct"], natural=True)
     assert len(direct.learners) == 5
     assert not any(np.any(one.successes) for one in direct.learners)
+    paid = np.array([[row["episode_return"] for row in one.iterations] for one in direct.learners])
+    assert (paid.size, (paid > 0).sum()) == (1785, 803)
+    assert not any(row["success"] for one in direct.learners for row in one.iterations)
+    late = paid[:, -40:].mean(axis=1)
+    assert (late.min().round(1), late.max().round(1)) == (0.1, 0.9)
     quiet = recorded("adroit-relocate", ["quiet"], natural=True)
     taken = np.median([one.cost.steps for one in quiet.learners])
     assert {one.cost.steps for one in direct.learners} == {taken} == {6_877_440}
